@@ -16,7 +16,7 @@ use eframe::egui::{
     ViewportId, pos2, vec2,
 };
 use impactscope::app::shell::options::WindowOptions;
-use impactscope::app::shell::picture::PictureOutcome;
+use impactscope::app::shell::screenshot::PictureOutcome;
 use impactscope::app::shell::window::Shell;
 use impactscope::model::preset::Preset;
 

@@ -1,6 +1,6 @@
 //! `impactscope`: simulator, fit and diagnosis of the impact dynamics of micro-cantilevers.
 //!
-//! The house has floors; each imports only from those below it.
+//! The code has floors; each imports only from those below it.
 //!
 //! | floor | what it does | begin reading at |
 //! |---|---|---|
@@ -17,11 +17,11 @@
 //! - a physical effect: [`model::effects`], one file each, one line in its catalogue;
 //! - a device file: [`model::preset`] and the folder `presets`;
 //! - how a CSV is understood: [`recording::csv`];
-//! - a number that decides an answer of the fit: [`fit::thresholds`];
+//! - numbers that decide an answer: [`fit::thresholds`], [`diagnose::thresholds`];
 //! - a workspace of the window: [`app::workspaces`].
 //!
-//! `docs/ARCHITECTURE.md` has every room and the way of a value through the house,
-//! `docs/method.md` the method of the diagnosis.
+//! `docs/ARCHITECTURE.md` lists the modules and shows how a value travels through them;
+//! `docs/method.md` explains the model, the simulator, the fit and the diagnosis.
 
 #[cfg(feature = "gui")]
 pub mod app;

@@ -104,6 +104,19 @@ impl Services {
         self.notice(true, message);
     }
 
+    /// Takes recordings off the list of missing ones, and their notices off the window.
+    pub fn forget_missing(&mut self, is_meant: impl Fn(&RecordingEntry) -> bool) {
+        let notices = &mut self.state.notices;
+        self.missing_recordings.retain(|entry| {
+            let is_meant = is_meant(entry);
+            if is_meant {
+                let lost = Some(About::Lost(entry.id));
+                notices.retain(|notice| notice.about != lost);
+            }
+            !is_meant
+        });
+    }
+
     /// Reports that the file of a session's recording is missing, unless it was found
     /// meanwhile.
     pub fn report_missing(&mut self, id: OverlayId, message: String) {

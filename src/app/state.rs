@@ -64,31 +64,31 @@ pub struct State {
 }
 
 impl State {
+    /// A state around a setup, with nothing computed yet.
+    pub fn new(setup: Setup, view: View) -> Self {
+        Self {
+            selected: setup.overlays.first().map(|overlay| overlay.id),
+            setup,
+            view,
+            snapshot: None,
+            reference: None,
+            refusal: None,
+            paused: false,
+            scrub: None,
+            cursors: Cursors::default(),
+            reveal: None,
+            commands: Vec::new(),
+            notices: Vec::new(),
+            drive_editor_open: false,
+            validation_open: false,
+            fitting: Fitting::default(),
+            identification: Identification::default(),
+            diagnosing: Diagnosing::default(),
+        }
+    }
+
     /// Asks for a command.
     pub fn ask(&mut self, command: Command) {
         self.commands.push(command);
-    }
-}
-
-/// A state around a setup, with nothing computed yet.
-pub fn state(setup: Setup, view: View) -> State {
-    State {
-        selected: setup.overlays.first().map(|overlay| overlay.id),
-        setup,
-        view,
-        snapshot: None,
-        reference: None,
-        refusal: None,
-        paused: false,
-        scrub: None,
-        cursors: Cursors::default(),
-        reveal: None,
-        commands: Vec::new(),
-        notices: Vec::new(),
-        drive_editor_open: false,
-        validation_open: false,
-        fitting: Fitting::default(),
-        identification: Identification::default(),
-        diagnosing: Diagnosing::default(),
     }
 }

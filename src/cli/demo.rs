@@ -37,7 +37,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let recordings = demo::recordings()?;
     let (train, held_out) = (recordings.train.len(), recordings.held_out.len());
     say(&format!(
-        "{} made-up recordings of a device that is not quite the paper's, {} of them held out.\n\
+        "{} synthetic recordings of a device that is not quite the paper's, {} of them held out.\n\
          The paper's model is fitted to the others. What does it leave out?\n\n",
         train + held_out,
         held_out

@@ -115,7 +115,7 @@ pub fn warn_of_odd_values(preset: &Preset, model: &Model, drive: &Waveform) {
     let volts = drive.amplitude();
     if model.piezo.is_some() && volts > 2.0 * KNOWN_VOLTAGE {
         eprintln!(
-            "impactscope: warning: the drive reaches {}, but the piezo's branches are known to {KNOWN_VOLTAGE} V; the result is an extrapolation",
+            "impactscope: warning: the drive reaches {}, but the piezo's branches were measured only up to {KNOWN_VOLTAGE} V; the result is an extrapolation",
             format_quantity(volts, "V", 3)
         );
     }

@@ -18,7 +18,7 @@ pub struct Arguments {
     /// Device: paper, paper-as-printed, oscillator, faller, or a preset file
     #[arg(long, default_value = "paper")]
     preset: String,
-    /// Held-out recording, on which the answer is proved; repeatable
+    /// Held-out recording, used to check the answer; repeatable
     #[arg(long, value_name = "FILE")]
     held_out: Vec<PathBuf>,
     /// File for the answer as JSON; - for standard output, then without the summary

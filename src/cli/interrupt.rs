@@ -20,10 +20,10 @@ pub fn flag() -> &'static AtomicBool {
             if STOP.swap(true, Ordering::Relaxed) {
                 std::process::exit(INTERRUPTED_EXIT_CODE);
             }
-            eprintln!("\nstopping with the best so far; Ctrl-C again ends at once");
+            eprintln!("\nstopping; the best result so far is kept. Ctrl-C again quits at once");
         });
         if let Err(error) = listening {
-            eprintln!("impactscope: warning: Ctrl-C will lose what has been found: {error}");
+            eprintln!("impactscope: warning: Ctrl-C will discard the results so far: {error}");
         }
     });
     &STOP
@@ -36,5 +36,5 @@ pub fn stopped() -> bool {
 
 /// The error of a cancelled command, after it has written what there is.
 pub fn cancelled() -> Failure {
-    anyhow::anyhow!("cancelled: what was written is the best so far").into()
+    anyhow::anyhow!("cancelled; the best result so far was written").into()
 }

@@ -1,5 +1,6 @@
 //! The command line. Progress goes to stderr, results to stdout or files; the exit
-//! code is 0 when done, 1 when the work failed, 2 when the command was wrong.
+//! code is 0 when done, 1 when the work failed, 2 when the command was wrong, 130 when
+//! Ctrl-C was pressed twice.
 
 mod demo;
 mod device;
@@ -22,7 +23,7 @@ use clap::{Parser, Subcommand};
 #[cfg(feature = "gui")]
 use crate::app;
 
-/// Impact dynamics of piezoelectric micro-cantilevers: simulation live over recordings.
+/// Simulate, fit and diagnose the impact dynamics of piezoelectric micro-cantilevers
 #[derive(Debug, Parser)]
 #[command(version, about, args_conflicts_with_subcommands = true)]
 struct Cli {
@@ -57,7 +58,7 @@ enum Command {
     Fit(fit::Arguments),
     /// Compare with the 16 cases of the paper's Table A.1, with the statistics of its Table 3
     Validate(validate::Arguments),
-    /// Find the physics that the model leaves out: where, what, how much, and the proof
+    /// Find the physics that the model leaves out: where, what and how much, checked on held-out recordings
     Diagnose(diagnose::Arguments),
     /// Conceal an effect in synthetic recordings, diagnose them, reveal it and score
     Trial(trial::Arguments),

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 
 use super::{Failure, wrong_command};
-use crate::atomic_write::write_atomically;
+use crate::atomic_write::{folder_of, write_atomically};
 
 /// Writes to standard output, through a buffer. A closed pipe is not an error.
 ///
@@ -18,6 +18,16 @@ pub fn to_stdout(write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>) -> an
     match write(&mut out).and_then(|()| Ok(out.flush()?)) {
         Err(error) if is_broken_pipe(&error) => Ok(()),
         other => other,
+    }
+}
+
+/// Shows how far the work is: on a terminal as one line that changes, in a log as a line of its
+/// own, if it is `new` there.
+pub fn progress(line: &str, new: bool) {
+    if std::io::stderr().is_terminal() {
+        eprint!("\r\x1b[K{line}");
+    } else if new {
+        eprintln!("{line}");
     }
 }
 
@@ -41,21 +51,29 @@ pub fn json(path: &Path, value: &impl serde::Serialize) -> anyhow::Result<()> {
     self::text(path, &text)
 }
 
-/// Writes a text to a file by a temporary file and a rename, so that it is either complete or
-/// unchanged, where the system allows that.
+/// Writes a text to a file as [`bytes`] does.
 ///
 /// # Errors
 /// The file's, with its path.
 pub fn text(path: &Path, text: &str) -> anyhow::Result<()> {
+    bytes(path, text.as_bytes())
+}
+
+/// Writes bytes to a file by a temporary file and a rename, so that it is either complete or
+/// unchanged, where the system allows that.
+///
+/// # Errors
+/// The file's, with its path.
+pub fn bytes(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     // A link stays one: the file that it names is replaced.
     let there = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     // A pipe or a device is written to, not replaced.
     let plain = there.is_file() || !there.exists();
-    if plain && write_atomically(&there, text.as_bytes()).is_ok() {
+    if plain && write_atomically(&there, bytes).is_ok() {
         return Ok(());
     }
     // A folder that takes no second file may still let this one be written.
-    fs::write(&there, text).with_context(|| refusal(path))
+    fs::write(&there, bytes).with_context(|| refusal(path))
 }
 
 /// Checks before the work that its results can be written: `outputs` are options with their files,
@@ -72,13 +90,13 @@ pub fn ready(outputs: &[(&str, Option<&Path>)], inputs: &[PathBuf]) -> Result<()
     for (k, (option, path)) in files.iter().enumerate() {
         if inputs.iter().any(|input| same(input, path)) {
             return Err(wrong_command(anyhow!(
-                "{option} {} is one of the recordings that are read; give another file",
+                "{option} {} is an input file; choose another",
                 path.display()
             )));
         }
         if let Some((other, _)) = files[..k].iter().find(|(_, earlier)| same(earlier, path)) {
             return Err(wrong_command(anyhow!(
-                "{other} and {option} name the same file {}; give two",
+                "{other} and {option} name the same file {}; choose two files",
                 path.display()
             )));
         }
@@ -88,12 +106,18 @@ pub fn ready(outputs: &[(&str, Option<&Path>)], inputs: &[PathBuf]) -> Result<()
 }
 
 /// Whether two paths name one file.
-pub fn same(a: &Path, b: &Path) -> bool {
-    match (fs::canonicalize(a), fs::canonicalize(b)) {
-        (Ok(a), Ok(b)) => a == b,
-        // A file that is not there yet has no other name, but may be named twice.
-        _ => a == b,
-    }
+fn same(a: &Path, b: &Path) -> bool {
+    resolved(a) == resolved(b)
+}
+
+/// The one path of a file; of a file that is not there yet, the one of its folder with its name.
+fn resolved(path: &Path) -> PathBuf {
+    fs::canonicalize(path).unwrap_or_else(|_| {
+        match (fs::canonicalize(folder_of(path)), path.file_name()) {
+            (Ok(folder), Some(name)) => folder.join(name),
+            _ => path.to_owned(),
+        }
+    })
 }
 
 /// Checks that a file can be written, and changes nothing.
@@ -142,6 +166,11 @@ mod tests {
         let failure = refused(&[("--out", Some(&twice)), ("--json", Some(&twice))]);
         assert_eq!(failure.code, 2);
         assert!(failure.error.to_string().contains("--out and --json"));
+        // Not there yet, and by another path.
+        let name = folder.path().file_name().unwrap();
+        let other_name = folder.path().join("..").join(name).join("b.toml");
+        let failure = refused(&[("--out", Some(&twice)), ("--json", Some(&other_name))]);
+        assert_eq!(failure.code, 2);
         let nowhere = folder.path().join("none").join("b.toml");
         for path in [nowhere.as_path(), folder.path()] {
             let failure = refused(&[("--out", Some(path))]);

@@ -51,14 +51,14 @@ pub fn both_sides(
     if held_out.is_empty() {
         return Ok(recordings.into_iter().map(Part::split).unzip());
     }
-    let kept = read(held_out)?;
+    let held_out = read(held_out)?;
     for (own, other) in recordings
         .iter()
-        .flat_map(|r| kept.iter().map(move |k| (r, k)))
+        .flat_map(|r| held_out.iter().map(move |h| (r, h)))
     {
         if alike(own, other) {
             return Err(wrong_command(anyhow!(
-                "--held-out {} is {}, which is fitted to; a proof needs a recording that the fit has not seen",
+                "--held-out {} is the same recording as {}, which is used for fitting; the check needs a recording that the fit has not seen",
                 described(other),
                 described(own)
             )));
@@ -66,7 +66,7 @@ pub fn both_sides(
     }
     Ok((
         recordings.into_iter().map(Part::whole).collect(),
-        kept.into_iter().map(Part::whole).collect(),
+        held_out.into_iter().map(Part::whole).collect(),
     ))
 }
 
@@ -103,9 +103,9 @@ mod tests {
         };
         assert_eq!(failure.code, 2);
         assert!(failure.error.to_string().contains("has not seen"));
-        let (train, kept) = both_sides(std::slice::from_ref(&a), &[other]).unwrap();
-        assert_eq!((train[0].samples.len(), kept[0].samples.len()), (4, 4));
-        let (train, kept) = both_sides(&[a], &[]).unwrap();
-        assert_eq!((train[0].samples.len(), kept[0].samples.len()), (2, 2));
+        let (train, held_out) = both_sides(std::slice::from_ref(&a), &[other]).unwrap();
+        assert_eq!((train[0].samples.len(), held_out[0].samples.len()), (4, 4));
+        let (train, held_out) = both_sides(&[a], &[]).unwrap();
+        assert_eq!((train[0].samples.len(), held_out[0].samples.len()), (2, 2));
     }
 }

@@ -15,6 +15,7 @@ use crate::model::sensor::Sensor;
 use crate::model::unit::parse_quantity;
 use crate::recording::TimeAxis;
 use crate::recording::csv::write_csv;
+use crate::recording::events::events_csv;
 use crate::sim;
 use crate::sim::{Options, SimError};
 
@@ -71,11 +72,6 @@ pub struct Arguments {
 
 /// Simulates and writes.
 pub fn run(args: &Arguments) -> Result<(), Failure> {
-    if args.out.is_some() && args.out == args.events {
-        return Err(wrong_command(anyhow::anyhow!(
-            "--out and --events name the same file; give two"
-        )));
-    }
     let preset = Preset::load(&args.preset)?;
     let duration = match &args.duration {
         Some(text) => parse_quantity(text, "s")
@@ -89,7 +85,14 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             .map_err(wrong_command)?,
         ..Options::default()
     };
-    let drive = read_drive(args.drive.as_deref().unwrap_or(&preset.drive), duration)?;
+    let drive = args.drive.as_deref().unwrap_or(&preset.drive);
+    let table = drive.strip_prefix("table:").map(PathBuf::from);
+    let outputs = [
+        ("--out", args.out.as_deref()),
+        ("--events", args.events.as_deref()),
+    ];
+    output::ready(&outputs, table.as_slice())?;
+    let drive = read_drive(drive, duration)?;
     let mut model = preset.model.clone();
     for text in &args.set {
         set_parameter(&mut model, text).map_err(wrong_command)?;
@@ -115,28 +118,24 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let axis = TimeAxis::Samples(&trace.times());
     let cantilever = (!trace.cantilever.is_empty()).then_some(trace.cantilever.as_slice());
     let write = |out: &mut dyn Write| -> anyhow::Result<()> {
-        write_csv(
+        Ok(write_csv(
             out,
             axis,
             Some(&trace.voltage),
             &trace.proof_mass,
             cantilever,
-        )?;
-        Ok(out.flush()?)
+        )?)
     };
     match &args.out {
         Some(path) => {
-            let file = std::fs::File::create(path).with_context(|| {
-                format!("cannot write {}; choose another folder", path.display())
-            })?;
-            write(&mut std::io::BufWriter::with_capacity(1 << 20, file))
-                .with_context(|| format!("writing {}", path.display()))?;
+            let mut bytes: Vec<u8> = Vec::new();
+            write(&mut bytes)?;
+            output::bytes(path, &bytes)?;
         }
         None => output::to_stdout(write)?,
     }
     if let Some(path) = &args.events {
-        crate::recording::events::events_csv::write(path, &trace.events)
-            .with_context(|| format!("writing {}", path.display()))?;
+        output::text(path, &events_csv::text(&trace.events))?;
     }
     Ok(())
 }

@@ -24,13 +24,13 @@ use crate::trial::{
 /// Arguments of the command.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Seed of the first trial; the others have those that follow
+    /// Seed of the first trial; further trials use the seeds after it
     #[arg(long)]
     seed: u64,
     /// How many trials
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     count: u64,
-    /// Device that the diagnosis begins with
+    /// Device that the diagnosis starts from
     #[arg(long, default_value = "paper")]
     preset: String,
     /// Rms of the noise
@@ -42,20 +42,19 @@ pub struct Arguments {
     /// Record the proof mass alone
     #[arg(long)]
     xp_only: bool,
-    /// A distributed beam of four modes; a further mode may then be named together with the effect
+    /// Use a distributed beam with four modes; naming a further mode is then not wrong
     #[arg(long)]
     beam: bool,
     /// What to conceal: an effect's id, none, one, two, outside, or outside_...; by default a mixture
     #[arg(long, value_name = "ID|none|one|two|outside")]
     conceal: Option<String>,
-    /// Conceal effects as large as they are on real devices, in place of sizes around the
-    /// smallest visible
+    /// Conceal effects of realistic size, not near the smallest visible
     #[arg(long)]
     realistic: bool,
-    /// Give each recording the voltage of another: then nothing may be named
+    /// Exchange the voltages between recordings; naming any effect is then wrong
     #[arg(long)]
     shuffle: bool,
-    /// Folder for the recordings, the reports and, when all is said, the truth
+    /// Folder for the recordings, the reports and, after the diagnosis, the truth
     #[arg(long, value_name = "DIR")]
     files: Option<PathBuf>,
     /// File for all outcomes as JSON; - for standard output, then without the table
@@ -231,7 +230,7 @@ fn line(outcome: &Outcome, note: &Value) -> String {
         ""
     };
     format!(
-        "{}{exchanged}: concealed {concealed}; answer {answer}; held out {before:.2} to {after:.2} x noise; {:.1} s",
+        "{}{exchanged}: concealed {concealed}; answer {answer}; held-out error {before:.2} to {after:.2} x noise; {:.1} s",
         outcome.mark.text(),
         note["seconds"].as_f64().unwrap_or(f64::NAN)
     )

@@ -1,6 +1,5 @@
 //! A diagnosis with its progress on standard error.
 
-use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
 
 use super::{interrupt, output};
@@ -20,16 +19,11 @@ pub fn watched(
     train: &[Part],
     held_out: &[Part],
 ) -> Result<Diagnosis, DiagnoseError> {
-    let live = std::io::stderr().is_terminal();
     let last = Mutex::new("");
     let progress = |p: &DiagnoseProgress| {
         // A panic in another thread while it wrote a line leaves the text usable.
         let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
-        if live {
-            eprint!("\r\x1b[K{}", line(p));
-        } else if *last != p.stage {
-            eprintln!("{}", line(p));
-        }
+        output::progress(&line(p), *last != p.stage);
         *last = p.stage;
     };
     let control = DiagnoseControl {
@@ -48,15 +42,15 @@ pub fn watched(
 }
 
 fn line(p: &DiagnoseProgress) -> String {
-    let detail = if p.detail.is_empty() {
-        String::new()
-    } else {
-        format!(" ({})", p.detail)
+    let detail = match p.detail.as_str() {
+        // The stage says this already.
+        "" | "re-tuning" => String::new(),
+        detail => format!(" ({detail})"),
     };
     format!(
         "{:3.0} % {}{detail}, about {:.0} s left",
         100.0 * p.done,
-        p.stage,
+        p.stage_text(),
         p.remaining.as_secs_f64().ceil()
     )
 }
@@ -69,14 +63,14 @@ mod tests {
     #[test]
     fn progress_is_one_line() {
         let p = DiagnoseProgress {
-            stage: "weighing effects",
+            stage: "naming",
             detail: "quadratic_drag".into(),
             done: 0.421,
             remaining: Duration::from_millis(6300),
         };
         assert_eq!(
             line(&p),
-            " 42 % weighing effects (quadratic_drag), about 7 s left"
+            " 42 % Comparing effects (quadratic_drag), about 7 s left"
         );
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::findings::{Finding, Remark};
+use super::findings::{CandidateRemark, Evidence, Finding, Remark};
 use crate::model::Model;
 
 /// The answer.
@@ -45,18 +45,6 @@ impl Regime {
         Self::Release,
         Self::NearGroundDeparture,
     ];
-
-    /// For people.
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::FarFlight => "far flight",
-            Self::NearGroundApproach => "near the ground, coming down",
-            Self::NearGroundDeparture => "near the ground, going up",
-            Self::Impact => "impact",
-            Self::Contact => "contact",
-            Self::Release => "release",
-        }
-    }
 }
 
 /// A fitted parameter of an effect.
@@ -88,8 +76,8 @@ pub struct NamedEffect {
     pub parameters: Vec<Estimate>,
     /// Ids of effects that the data cannot distinguish from it.
     pub alike: Vec<String>,
-    /// Evidence for it, one sentence each.
-    pub evidence: Vec<String>,
+    /// Evidence for it.
+    pub evidence: Vec<Evidence>,
 }
 
 /// An effect that was compared.
@@ -110,8 +98,8 @@ pub struct Candidate {
     pub held_out_gain: f64,
     /// Chi2 per value on held-out recordings with it; NaN if it was not fitted.
     pub held_out_chi2: f64,
-    /// Evidence for or against it, one sentence each.
-    pub remarks: Vec<String>,
+    /// What speaks for or against it.
+    pub remarks: Vec<CandidateRemark>,
 }
 
 /// A span where simulation and recording differ by more than the noise.
@@ -288,8 +276,13 @@ pub struct NextExperiment {
     pub drive: String,
     /// The two that it would separate; the second may be `nothing`.
     pub separates: (String, String),
-    /// Expected difference of chi2 for a recording of 0.2 s.
+    /// Expected difference of chi2 for a recording of [`Self::DURATION`].
     pub expected: f64,
+}
+
+impl NextExperiment {
+    /// Length of the recording \[s\].
+    pub const DURATION: f64 = 0.2;
 }
 
 /// A diagnosis from beginning to end.
@@ -315,7 +308,7 @@ pub struct Diagnosis {
     pub noise: f64,
     /// On the recordings that were fitted.
     pub train: BeforeAfter,
-    /// On held-out recordings.
+    /// On held-out recordings; no numbers if there are none.
     pub held_out: BeforeAfter,
     /// Recording by recording.
     pub proof: Vec<ProofOf>,
@@ -334,6 +327,11 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// Whether recordings were held out; if not, their distances are no numbers.
+    pub fn has_held_out(&self) -> bool {
+        self.proof.iter().any(|p| p.held_out)
+    }
+
     /// What is still missing beyond the noise, if anything.
     pub fn inadequacy(&self) -> Option<&Finding> {
         self.findings.iter().find(|f| !f.kind.refuses_names())

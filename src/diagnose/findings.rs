@@ -1,6 +1,7 @@
-//! What the checks of a diagnosis find, and what limits its answer: values, not sentences.
+//! What the checks of a diagnosis find, what limits its answer, and what speaks for and against each
+//! effect: values, not sentences.
 //!
-//! `report::sentences` puts both into words.
+//! `report::sentences` puts all of them into words.
 
 /// What a check found beyond its threshold.
 #[derive(Debug, Clone, PartialEq)]
@@ -9,8 +10,6 @@ pub struct Finding {
     pub kind: FindingKind,
     /// The statistic that was compared; its meaning and unit depend on the kind.
     pub statistic: f64,
-    /// The threshold that it is beyond, in the same unit.
-    pub threshold: f64,
 }
 
 /// What a finding is about.
@@ -20,7 +19,7 @@ pub enum FindingKind {
     MeanSquare,
     /// A force that depends on this quantity would still lower chi2: by the statistic.
     MissingForce {
-        /// Symbol of the quantity.
+        /// Symbol of the quantity; empty if no single one stands out.
         over: &'static str,
     },
     /// A single segment, in standard deviations of what noise leaves.
@@ -47,7 +46,8 @@ pub enum FindingKind {
         /// Names of the effects.
         effects: Vec<&'static str>,
     },
-    /// Names are refused: they carry too small a share of what is missing.
+    /// Names are refused: they carry too small a share of what is missing, the statistic; at the joins
+    /// of segments where that is less than within these.
     TooSmallShare {
         /// Names of the effects.
         effects: Vec<&'static str>,
@@ -124,4 +124,163 @@ pub enum Remark {
     },
     /// Whether the mass touches the ground was decided by what explains everything.
     ContactAmbiguous,
+}
+
+/// Which recordings prove a contact law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LawProof {
+    /// The fitted ones determine it, and held-out ones judge it.
+    Alone,
+    /// The fitted ones determine it only together with the held-out ones.
+    WithHeldOut,
+    /// Held-out recordings have too few events; each fitted one, left out in turn, confirms it.
+    CrossValidated,
+    /// The same, but they do not confirm it.
+    NotCrossValidated,
+}
+
+/// Evidence for an effect.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Evidence {
+    /// Pull-off force that is no straight line in contact time.
+    Releases {
+        /// Releases that were used.
+        count: usize,
+        /// Shortest time on the ground \[s\].
+        from_s: f64,
+        /// Longest \[s\].
+        to_s: f64,
+        /// Whether it grows as a logarithm, not towards a limit.
+        logarithmic: bool,
+        /// What proves it.
+        proof: LawProof,
+    },
+    /// Time that bounces spend below the ground's level.
+    Dwell {
+        /// Bounces that were used.
+        count: usize,
+        /// That time \[s\].
+        seconds: f64,
+        /// Its standard error \[s\].
+        error: f64,
+        /// What proves it.
+        proof: LawProof,
+    },
+    /// Restitution that depends on the speed of approach.
+    Restitution {
+        /// Bounces that were used.
+        count: usize,
+        /// Power of the speed.
+        power: f64,
+        /// Its standard error.
+        error: f64,
+        /// What proves it.
+        proof: LawProof,
+    },
+    /// An effect that fits flight as well does not fit bounces.
+    RejectedTwin {
+        /// Name of that effect.
+        twin: &'static str,
+        /// Name of the one that was chosen.
+        chosen: &'static str,
+        /// Chi2 around bounces, lower by so much with the chosen one.
+        fall: f64,
+    },
+    /// A second mode was found together with it.
+    SecondMode {
+        /// Its frequency \[Hz\].
+        frequency: f64,
+    },
+    /// Falls of chi2.
+    Gains {
+        /// On the fitted recordings.
+        fitted: f64,
+        /// On held-out ones, if there are any.
+        held_out: Option<f64>,
+    },
+    /// The effect begins after the fitted recordings.
+    AfterFitted {
+        /// Name of the held-out recording that determines it.
+        recording: String,
+        /// Fall of chi2 on that one.
+        gain: f64,
+        /// Fall of chi2 on the other held-out ones.
+        held_out: f64,
+    },
+    /// Falls of chi2 of the events at the ground.
+    EventGains {
+        /// On the fitted recordings.
+        fitted: f64,
+        /// On those that prove the law.
+        held_out: f64,
+        /// Whether these are the fitted ones too, each left out in turn.
+        cross_validated: bool,
+    },
+    /// Its time counts from the start of the first recording.
+    SequentialTime,
+}
+
+impl Evidence {
+    /// Whether it is a contact law that the fitted recordings prove among themselves.
+    pub fn is_cross_validated(&self) -> bool {
+        match self {
+            Self::Releases { proof, .. }
+            | Self::Dwell { proof, .. }
+            | Self::Restitution { proof, .. } => {
+                matches!(
+                    proof,
+                    LawProof::CrossValidated | LawProof::NotCrossValidated
+                )
+            }
+            _ => false,
+        }
+    }
+}
+
+/// What speaks for or against an effect that was compared.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CandidateRemark {
+    /// It was named.
+    Named,
+    /// It would have been named, had names not been refused.
+    Refused,
+    /// A contact law lowers chi2 of its events too little.
+    LawFallsShort {
+        /// What the events say of it.
+        law: Evidence,
+        /// Fall of chi2.
+        fall: f64,
+        /// The least one for a name.
+        needed: f64,
+    },
+    /// A contact law lowers chi2 of its events, but not where it is to be proved.
+    LawFailsProof {
+        /// What the events say of it.
+        law: Evidence,
+        /// Fall of chi2.
+        fall: f64,
+    },
+    /// A contact law lowers chi2 of its events enough, but may not be named.
+    LawNotNamed {
+        /// What the events say of it.
+        law: Evidence,
+        /// Fall of chi2.
+        fall: f64,
+    },
+    /// A mode that nothing in the device excites, of this frequency \[Hz\].
+    SelfRings(f64),
+    /// It improves the fit no more than chance.
+    Insignificant,
+    /// It improves the fitted recordings alone.
+    FailsHeldOut,
+    /// Another effect improves the fit more and leaves nothing for it.
+    Outweighed,
+    /// Its predicted gain was too small for a fit.
+    NotFitted,
+    /// The device's own parameters explain as much.
+    AbsorbedByRetuning,
+    /// The device has nothing that it could act on.
+    NothingToActOn,
+    /// The recordings do not test it.
+    NotTested,
 }

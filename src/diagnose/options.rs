@@ -61,6 +61,22 @@ pub struct DiagnoseProgress {
     pub remaining: Duration,
 }
 
+impl DiagnoseProgress {
+    /// The stage in words.
+    pub fn stage_text(&self) -> &'static str {
+        match self.stage {
+            "recordings" => "Reading the recordings",
+            "baseline" => "Re-tuning the model",
+            "ground" => "Reading the contact events",
+            "naming" => "Comparing effects",
+            "evidence" => "Measuring the missing force",
+            "proof" => "Checking on held-out recordings",
+            "done" => "Done",
+            other => other,
+        }
+    }
+}
+
 /// Means to watch a diagnosis and to end it early.
 #[derive(Clone, Copy)]
 pub struct DiagnoseControl<'a> {

@@ -157,7 +157,7 @@ fn detail(ambiguity: &ContactAmbiguity) -> &'static str {
     match ambiguity {
         ContactAmbiguity::AsFitted => "",
         ContactAmbiguity::Opposite | ContactAmbiguity::HoveringIn(..) => {
-            "again, with another reading of the stays above the ground"
+            "again, with the mass resting above the ground in some recordings"
         }
     }
 }

@@ -33,20 +33,20 @@ pub fn stepping(height: f64, time: f64) -> Model {
 
 /// Recordings of the paper's device with what is `concealed`, one for each drive and duration
 /// \[s\], at `rate` \[1/s\] and with a `noise` \[m\], made ready.
-pub fn bench_of(concealed: &Model, drives: &[(&str, f64)], rate: f64, noise: f64) -> Workspace {
+pub fn workspace_of(concealed: &Model, drives: &[(&str, f64)], rate: f64, noise: f64) -> Workspace {
     workspace(&parts_of(concealed, drives, rate, noise))
 }
 
-/// What `gain` says that a probe would bring beside `start`, of which `free` are fitted to recordings
+/// What `gain` says that a probe would bring together with `start`, of which `free` are fitted to recordings
 /// of the paper's device with `concealed`, as a share of what that fit brings.
-pub fn share_beside(
+pub fn gain_share(
     concealed: ActiveEffect,
     drives: &[(&str, f64)],
     (start, free): (ActiveEffect, &[String]),
     gain: fn(&Fitted) -> Result<f64, SimError>,
 ) -> f64 {
     let paper = Preset::embedded("paper").unwrap().model;
-    let workspace = bench_of(&with_effect(&paper, concealed), drives, 25e3, 20e-9);
+    let workspace = workspace_of(&with_effect(&paper, concealed), drives, 25e3, 20e-9);
     let base = workspace.baseline(&paper, &QUIET).unwrap();
     let start = with_effect(&base.model, start);
     let fitted = workspace.fit(&start, free, &[], &base, 12, &QUIET).unwrap();

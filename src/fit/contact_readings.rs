@@ -131,9 +131,9 @@ pub fn read_contacts(
     control: &Control<'_>,
 ) -> Result<ContactReadings, FitError> {
     let space = Space::new(model, &options.free)?;
-    let findings = summarize(model, parts);
-    check_readable(model, parts, &findings, options)?;
-    let mut prepared = prepare(model, &space, parts, &findings, options)?;
+    let summaries = summarize(model, parts);
+    check_readable(model, parts, &summaries, options)?;
+    let mut prepared = prepare(model, &space, parts, &summaries, options)?;
     for data in &mut prepared.problem.data {
         data.sigmas.velocity *= GROUND_LAW_RELAXATION;
         data.sigmas.force *= GROUND_LAW_RELAXATION;
@@ -152,17 +152,17 @@ pub fn read_contacts(
 pub(crate) fn check_readable(
     model: &Model,
     parts: &[Part],
-    findings: &[RecordingSummary],
+    summaries: &[RecordingSummary],
     options: &FitOptions,
 ) -> Result<(), FitError> {
-    match check(model, parts, findings, options) {
+    match check(model, parts, summaries, options) {
         Ok(()) | Err(FitError::NoContact { .. }) => {}
         Err(error) => return Err(error),
     }
     if model.has_ground {
-        check_level(model, parts, findings)?;
+        check_level(model, parts, summaries)?;
     }
-    one_device(model, parts, findings).map(|_| ())
+    one_device(model, parts, summaries).map(|_| ())
 }
 
 /// Reads bounces and releases at a point that was fitted without the laws of the ground.
@@ -182,9 +182,9 @@ pub(crate) fn read_contacts_at(
         .enumerate()
         .map(|(i, segment)| {
             let mut stretcher = Stretcher::new(&simulator);
-            let setting = problem.setting(segment, &states[i]);
+            let context = problem.context(segment, &states[i]);
             let nuisances = problem.nuisances_of(&point.x, segment.recording);
-            let chi2 = segment_chi2(segment, &setting, &mut stretcher, &nuisances);
+            let chi2 = segment_chi2(segment, &context, &mut stretcher, &nuisances);
             let read = (point.used[i] && chi2 < MAX_SEGMENT_NOISE_RATIO * MAX_SEGMENT_NOISE_RATIO)
                 .then(|| read_segment(prepared, point, segment, &states[i], &mut stretcher, chi2))
                 .flatten();
@@ -239,12 +239,12 @@ fn count_events(segment: &Segment, what: impl Fn(&GroundEvent) -> bool) -> usize
 /// Chi2 per degree of freedom of a segment; infinite where it cannot be simulated.
 fn segment_chi2(
     segment: &Segment,
-    setting: &SegmentContext<'_>,
+    context: &SegmentContext<'_>,
     stretcher: &mut Stretcher<'_>,
     nuisances: &Nuisances,
 ) -> f64 {
     let (locals, mut r) = (&segment.locals, Vec::new());
-    if residuals(segment, setting, stretcher, nuisances, locals, &mut r).is_err() {
+    if residuals(segment, context, stretcher, nuisances, locals, &mut r).is_err() {
         return f64::INFINITY;
     }
     let freedom = r.len().saturating_sub(locals.len()).max(1);
@@ -286,16 +286,16 @@ fn read_segment(
     chi2: f64,
 ) -> Option<ContactReadings> {
     let problem = &prepared.problem;
-    let setting = problem.setting(segment, states);
+    let context = problem.context(segment, states);
     let nuisances = problem.nuisances_of(&point.x, segment.recording);
     let locals = &segment.locals;
-    let base = simulate_segment(segment, &setting, stretcher, &nuisances, locals).ok()?;
+    let base = simulate_segment(segment, &context, stretcher, &nuisances, locals).ok()?;
     let values = quantities(&base);
     if values.is_empty() {
         return Some(ContactReadings::default());
     }
     let mut r0 = Vec::new();
-    residuals(segment, &setting, stretcher, &nuisances, locals, &mut r0).ok()?;
+    residuals(segment, &context, stretcher, &nuisances, locals, &mut r0).ok()?;
     // How residuals and quantities move with each unknown.
     let mut of_residuals = DMatrix::zeros(r0.len(), locals.len());
     let mut of_values = DMatrix::zeros(values.len(), locals.len());
@@ -303,9 +303,9 @@ fn read_segment(
     for j in 0..locals.len() {
         let mut there = locals.clone();
         there[j] += DIFFERENCE_STEP;
-        residuals(segment, &setting, stretcher, &nuisances, &there, &mut r).ok()?;
+        residuals(segment, &context, stretcher, &nuisances, &there, &mut r).ok()?;
         let moved =
-            quantities(&simulate_segment(segment, &setting, stretcher, &nuisances, &there).ok()?);
+            quantities(&simulate_segment(segment, &context, stretcher, &nuisances, &there).ok()?);
         if r.len() != r0.len() || moved.len() != values.len() {
             return None;
         }

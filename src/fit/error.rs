@@ -3,6 +3,7 @@
 
 use thiserror::Error;
 
+use super::thresholds::KNOWN_VOLTAGE;
 use crate::sim::SimError;
 
 /// Why there is no fit.
@@ -62,11 +63,11 @@ pub enum FitError {
     )]
     DuplicateRecording { recording: String, other: String },
     #[error(
-        "{recording}: the voltage does not move, so that eta cannot be fitted; check the column of V, fit without eta, or add a recording in which the drive works"
+        "{recording}: the voltage does not move, so eta cannot be fitted; check the column of V, fit without eta, or add a recording in which the voltage changes"
     )]
     ConstantDrive { recording: String },
     #[error(
-        "{recording}: the ground lies at {level} in the recording, but the device's is at dp = {dp}; check the unit of xp, or set dp to about that"
+        "{recording}: the ground is at xp = {level} in the recording, but at xp = -{dp} in the device; check the unit of xp, or correct dp"
     )]
     OtherUnit {
         recording: String,
@@ -83,7 +84,8 @@ pub enum FitError {
         time: String,
     },
     #[error(
-        "{recording}: the voltage reaches {most}, but the drive of the device is known for a few volts only; check the unit of V"
+        "{recording}: the voltage reaches {most}, but the drive of the device is known up to {known} V; check the unit of V",
+        known = KNOWN_VOLTAGE
     )]
     OtherVoltage { recording: String, most: String },
     #[error("{recording} {what}, but the device rings at f1 = {f1}; check the unit of t, or f1")]
@@ -116,7 +118,7 @@ pub enum FitError {
         other: String,
         evidence: String,
     },
-    #[error("the starting values make no sense: {0}")]
+    #[error("the starting values are invalid: {0}")]
     Start(#[from] SimError),
     #[error(
         "{recording}: no segment of it could be used ({reason}); cut the recording or give better starting values"

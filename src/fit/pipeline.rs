@@ -96,8 +96,8 @@ pub(super) fn fitted(
     let start = model;
     let model = &sound;
     model.check()?;
-    let findings = summarize(model, train);
-    check(model, train, &findings, options)?;
+    let summaries = summarize(model, train);
+    check(model, train, &summaries, options)?;
     for part in held_out {
         let one = std::slice::from_ref(part);
         // A held-out part need not touch the ground.
@@ -106,10 +106,10 @@ pub(super) fn fitted(
             Err(error) => return Err(error),
         }
     }
-    let doubts = check_fit(model, (train, &findings), held_out, options)?;
+    let doubts = check_fit(model, (train, &summaries), held_out, options)?;
     let mut clock = Clock::new(0);
     clock.doubts = doubts.clone().into();
-    let (prepared, mut best) = search(model, train, &findings, options, control, &mut clock)?;
+    let (prepared, mut best) = search(model, train, &summaries, options, control, &mut clock)?;
     reset_irrelevant(model, &prepared, &mut best)?;
     let mut result = result_at(start, &prepared, &best, control)?;
     if let Some(point) = hold_undetermined(model, &prepared, &best, &result, control, &mut clock)? {
@@ -164,8 +164,8 @@ pub(super) fn fit_from(
 ) -> Result<FitResult, FitError> {
     model.check()?;
     let space = Space::new(model, &options.free)?;
-    let findings = summarize(model, train);
-    let prepared = prepare(model, &space, train, &findings, options)?;
+    let summaries = summarize(model, train);
+    let prepared = prepare(model, &space, train, &summaries, options)?;
     let plan = joint_plan(options);
     let mut clock = Clock::new(options.iterations);
     let begin = begin(&prepared)?;
@@ -289,8 +289,8 @@ fn evaluate_on(
     clock: &mut Clock,
 ) -> Result<(Misfit, Vec<Misfit>), FitError> {
     let space = Space::new(model, &options.free)?;
-    let findings = summarize(model, parts);
-    let prepared = prepare(model, &space, parts, &findings, options)?;
+    let summaries = summarize(model, parts);
+    let prepared = prepare(model, &space, parts, &summaries, options)?;
     let point = estimate_states(&prepared, model, options, control, clock)?;
     Ok(misfits(&prepared, &point)?)
 }

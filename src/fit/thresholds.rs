@@ -1,362 +1,372 @@
 //! Every number that decides what a fit accepts, doubts or reports, in one place.
 //!
-//! Each entry states its unit and why it has this value. Iteration counts, steps of
-//! differences and sizes of starts stay where they are used: they change how long a fit
-//! takes, not what it says. The values were set on simulated recordings of the paper's
-//! device; `cargo test --test identification` holds what follows from them.
+//! Each entry says what is compared, its unit and why it has this value; "Judgement" means that it
+//! was set by judgement on simulated recordings of the paper's device and that no statistic was
+//! recorded for it. Each group names the command that checks it. Gains and costs are parts of chi2,
+//! which has no unit. Iteration counts, steps of differences and sizes of starts stay where they
+//! are used: they change how long a fit takes, not what it says.
 
 // What a recording must show to be fitted.
-
-/// Fewest samples of a recording. Unit: samples. Fewer do not hold one period of the first mode
-/// at any usable rate.
+// Check with `cargo test --lib fit::inspect::preconditions`.
+/// Fewest samples of a recording \[samples\]. With fewer, two unknowns a mode, the nuisances and a
+/// parameter are hardly overdetermined.
 pub const MIN_SAMPLES: usize = 20;
-
 /// Share of the samples at one extreme value from which a quantised reading is saturated, where
-/// they come in runs. Unit: 1. A ring spends less than this at its turning points.
+/// they come in runs \[-\]. A ring spends less than this at its turning points.
 pub const SATURATED_SHARE: f64 = 0.02;
-
-/// The same for a reading whose noise is finer than its steps. Unit: 1. Noise never stays at one
+/// The same for a reading whose noise is finer than its steps \[-\]. Noise never stays at one
 /// value, so that far fewer samples suffice.
 pub const SATURATED_SHARE_IN_NOISE: f64 = 0.002;
-
-/// Longest run at the extreme that a quantised reading may show. Unit: samples. A slow turning
-/// point within one step of the recorder stays shorter.
+/// Longest run at the extreme that a quantised reading may show \[samples\]. A slow turning point
+/// within one step of the recorder stays shorter.
 pub const MAX_EXTREME_RUN: usize = 20;
-
-/// Largest difference of the ground's levels in recordings of one device. Unit: m. The zeros of
-/// badly adjusted sensors differ by less.
+/// Largest difference of the ground's levels in recordings of one device \[m\]. The zeros of badly
+/// adjusted sensors differ by less.
 pub const MAX_LEVEL_DIFFERENCE: f64 = 15e-6;
-
-/// The same within one fit. Unit: m. Zeros may be off by some micrometres, and the scales by a
+/// The same within one fit \[m\]. Zeros may be off by some micrometres, and the scales by a
 /// percent.
 pub const MAX_LEVEL_DIFFERENCE_IN_A_FIT: f64 = 8e-6;
-
-/// Share of its one extreme that a voltage reaches on the other side. Unit: 1. The paper's drives
-/// are symmetric; a clipped one is not.
+/// Share of its one extreme that a voltage reaches on the other side \[-\]. The paper's drives are
+/// symmetric; a clipped one is not.
 pub const MIN_VOLTAGE_SYMMETRY: f64 = 0.95;
-
-/// Noise below this share of the motion is the rounding of a simulation. Unit: 1. No recorder
+/// Noise below this share of the motion is the rounding of a simulation \[-\]. No recorder
 /// resolves as much.
 pub const NOISELESS_SHARE: f64 = 1e-6;
 
+// Units of the columns, and cells that are no readings.
+// Check with `cargo test --lib fit::inspect::plausible_units`.
 /// Factor between the recorded ground level and the starting value, or between the recorded
-/// voltage and the known ones, from which the unit is wrong. Unit: 1. Units differ by a factor of
+/// voltage and the known ones, from which the unit is wrong \[-\]. Units differ by a factor of
 /// 1000, devices by less than 10.
 pub const OTHER_UNIT_FACTOR: f64 = 300.0;
-
-/// Voltage up to which the branches of the piezo film were measured. Unit: V. Figs. 3 and 4 of
-/// the paper.
+/// Voltage up to which the branches of the piezo film were measured \[V\]. Figs. 3 and 4 of the
+/// paper.
 pub const KNOWN_VOLTAGE: f64 = 8.0;
-
-/// Voltage span below which there is no drive. Unit: V. It holds for V and mV alike: the
-/// amplifier's own noise is larger.
+/// Voltage span below which there is no drive \[V\]. A drive of volts whose column is wrongly read
+/// as mV still moves more, and gets the message about its unit.
 pub const MIN_DRIVE_VOLTAGE: f64 = 1e-3;
-
-/// Fewest samples in a period of the first mode. Unit: samples. With fewer than two the ring is
+/// Fewest samples in a period of the first mode \[samples\]. With fewer than two the ring is
 /// aliased.
 pub const MIN_SAMPLES_PER_PERIOD: f64 = 3.0;
-
-/// Shortest recording. Unit: periods of the first mode. Below that a wrong unit of time is the
+/// Shortest recording \[periods of the first mode\]. Below that a wrong unit of time is the
 /// likelier cause.
 pub const MIN_RECORDED_PERIODS: f64 = 0.5;
-
-/// A reading this many times farther out than all others is a spike. Unit: 1. A bad cell or an
+/// A reading this many times farther out than all others is a spike \[-\]. A bad cell or an
 /// overflow is that far out; no motion is.
 pub const SPIKE_FACTOR: f64 = 1e3;
-
-/// Up to so many such readings are spikes. Unit: samples. More of them are a signal.
+/// Up to so many such readings are spikes \[samples\]. More of them are a signal.
 pub const MAX_SPIKES: usize = 5;
-
-/// The same as a share of all samples, for long recordings. Unit: 1.
+/// The same as a share of all samples, for long recordings \[-\]. 0.1 %: more cells are a signal.
 pub const MAX_SPIKE_SHARE: f64 = 1e-3;
 
-/// Levels this close are the same ground, read with the same zero. Unit: m. Zeros of one session
+// What the ground and the noise are.
+// Check with `cargo test --lib fit::inspect::recording_summary`.
+/// Levels this close are the same ground, read with the same zero \[m\]. Zeros of one session
 /// drift by less.
 pub const SAME_LEVEL_DISTANCE: f64 = 2e-6;
-
-/// Fewest stays of two samples or more at the lowest reading that make it the ground. Unit:
-/// stays. One or two are chance.
+/// Fewest stays of two samples or more at the lowest reading that make it the ground \[stays\].
+/// One or two are chance.
 pub const MIN_STAYS: usize = 3;
-
-/// A drift that has been shown up to this share of a recording's end is extrapolated to the end.
-/// Unit: 1.
+/// A drift that has been shown up to this share of a recording's end is extrapolated to the end
+/// \[-\]. The last tenth follows from a smooth course.
 pub const MIN_SHOWN_DRIFT_SHARE: f64 = 0.9;
-
-/// Smallest noise that is assumed, as a share of the motion. Unit: 1. The simulation and the
+/// Smallest noise that is assumed, as a share of the motion \[-\]. The simulation and the
 /// recorder's digits are no better.
 pub const MIN_NOISE_SHARE: f64 = 1e-5;
 
-/// A ring is searched for up to this factor above and below the device's first frequency. Unit: 1.
-/// A factor of 3 would take in the next mode.
+// Whether recordings are of one device.
+// Check with `cargo test --lib fit::inspect::same_device`.
+/// A ring is searched for up to this factor above and below the device's first frequency \[-\].
+/// Devices that differ by more are refused as another unit or another f1. Judgement.
 pub const RING_SEARCH_FACTOR: f64 = 2.5;
-
-/// Relative difference of two ring frequencies from which the devices are different. Unit: 1. A
+/// Relative difference of two ring frequencies from which the devices are different \[-\]. A
 /// strong cubic spring or friction changes one device's frequency by less.
 pub const OTHER_DEVICE_FREQUENCY_SHARE: f64 = 0.14;
-
-/// Relative difference from which two devices may be different. Unit: 1. Above what amplitude and
+/// Relative difference from which two devices may be different \[-\]. Above what amplitude and
 /// damping explain.
 pub const DOUBTFUL_FREQUENCY_SHARE: f64 = 0.03;
-
-/// A difference of frequencies below this counts as none. Unit: standard errors. High, because
+/// A difference of frequencies below this counts as none \[standard errors\]. High, because
 /// neighbouring modes bias the estimate.
 pub const FREQUENCY_DIFFERENCE_SIGMAS: f64 = 5.0;
-
-/// Voltages that differ by less than this share are the same. Unit: 1. Accuracy of an amplifier.
+/// Voltages that differ by less than this share are the same \[-\]. Accuracy of an amplifier.
 pub const SAME_VOLTAGE_SHARE: f64 = 0.01;
-
-/// Heights of rest that differ by more than this share and this length are different. Units: 1
-/// and m. Scales are off by a percent, and a piezo creeps.
+/// Heights of rest that differ by more than this share and this length are different \[-, m\].
+/// Scales are off by a percent, and a piezo creeps.
 pub const REST_HEIGHT_TOLERANCE: (f64, f64) = (0.02, 1.5e-6);
 
+// Measured motion.
+// Check with `cargo test --lib fit::problem::measured_motion`.
 /// A measured velocity that changes so many times more than around it, and than noise allows, has
-/// jumped. Unit: 1.
+/// jumped \[-\]. Smooth motion changes evenly from sample to sample.
 pub const VELOCITY_JUMP_FACTOR: f64 = 3.0;
 
-// Voltage, events and segments.
-
-/// A jump of the voltage is this many times steeper than its neighbours. Unit: 1. A fast sine
-/// changes its slope by less from sample to sample.
+// Voltage as smooth pieces.
+// Check with `cargo test --lib fit::segment::voltage_track`.
+/// A jump of the voltage is this many times steeper than its neighbours \[-\]. A fast sine changes
+/// its slope by less from sample to sample.
 pub const JUMP_STEEPNESS: f64 = 4.0;
-
-/// Smallest jump, as a share of the voltage's span. Unit: 1. A smaller one moves the mass by less
-/// than the noise.
+/// Smallest jump, as a share of the voltage's span \[-\]. Below it a step is followed well enough
+/// by the straight pieces of the voltage. Judgement.
 pub const MIN_JUMP_SHARE: f64 = 0.02;
-
-/// Distance from the extreme at which the sides of a turn are read. Unit: tolerances of the
-/// voltage. Closer to the extreme, noise decides.
+/// Distance from the extreme at which the sides of a turn are read \[tolerances of the voltage\].
+/// Closer to the extreme, noise decides.
 pub const TURN_DEPTH_TOLERANCES: f64 = 10.0;
-
-/// Turns whose sides differ by more than this factor are timed by their sample. Unit: 1. The
-/// parabola through them has no meaning there.
+/// Turns whose sides differ by more than this factor are timed by their sample \[-\]. The parabola
+/// through them has no meaning there.
 pub const MAX_TURN_ASYMMETRY: f64 = 3.0;
 
-/// Change of the drive that is a jump rather than a turn, as a share of its voltage. Unit: 1.
+// Jumps of the voltage within a segment.
+// Check with `cargo test --lib diagnose::data::misread_segments`.
+/// Change of the drive that is a jump rather than a turn, as a share of its voltage \[-\]. As
+/// `MIN_JUMP_SHARE`. Judgement.
 pub const MIN_DRIVE_JUMP_SHARE: f64 = 0.02;
 
-/// Fewest samples at the ground's level that count as a stay. Unit: samples. A bounce shows at
-/// most two.
+// Events and segments.
+// Check with `cargo test --test identification` and `impactscope trial --conceal none`.
+/// Fewest samples at the ground's level that count as a stay \[samples\]. A bounce shows at most
+/// two.
 pub const MIN_STAY_SAMPLES: usize = 3;
-
-/// Samples at the level on both sides of a single one that is off: then that one is noise. Unit:
-/// samples.
+/// Samples at the level on both sides of a single one that is off: then that one is noise
+/// \[samples\]. A bounce in a long stay shows more than one sample.
 pub const LONG_STAY_SAMPLES: usize = 10;
-
-/// Ratio of departure and arrival speed below which there is no bounce. Unit: 1. Slower
-/// departures cannot be distinguished from the noise of a stay.
+/// Ratio of departure and arrival speed below which there is no bounce \[-\]. Slower departures
+/// cannot be distinguished from the noise of a stay.
 pub const MIN_BOUNCE_RATIO: f64 = 0.12;
-
-/// Fewest samples of a segment. Unit: samples. It has at least four unknowns of its own.
+/// Fewest samples of a segment \[samples\]. Two unknowns a free mode, one or two more for each
+/// event.
 pub const MIN_SEGMENT_SAMPLES: usize = 6;
-
-/// After so many time constants a held cantilever has come to rest. Unit: time constants. A
+/// After so many time constants a held cantilever has come to rest \[time constants\]. A
 /// thousandth of its ring is left.
 pub const SETTLED_TIME_CONSTANTS: f64 = 7.0;
-
-/// Exponent by which a sensor's memory may fade from sample to sample and still count. Unit: 1. A
+/// Exponent by which a sensor's memory may fade from sample to sample and still count \[-\]. A
 /// twentieth is left at 3.
 pub const MAX_SENSOR_FADE: f64 = 3.0;
-
-/// An edge of the drive this close to a release may be its cause. Unit: samples. Both instants
-/// are known to about one.
+/// An edge of the drive this close to a release may be its cause \[samples\]. Both instants are
+/// known to about one.
 pub const RELEASE_EDGE_SAMPLES: f64 = 3.0;
-
-/// A stay below this length is short. Unit: samples. Its begin and end are uncertain by a good
-/// part of it.
+/// A stay below this length is short \[samples\]. Its begin and end are uncertain by a good part
+/// of it.
 pub const SHORT_STAY_SAMPLES: f64 = 6.0;
-
-/// Factor on the standard deviation of the pull-off force after a short stay. Unit: 1.
+/// Factor on the standard deviation of the pull-off force after a short stay \[-\]. Such a force
+/// then carries almost no weight.
 pub const SHORT_STAY_FORCE_FACTOR: f64 = 30.0;
-
-/// Standard deviation of the laws of the ground, as a share of what the noise leaves. Unit: 1.
-/// The laws hold much better than the readings show.
+/// Standard deviation of the laws of the ground, as a share of what the noise leaves \[-\]. The
+/// laws hold much better than the readings show.
 pub const GROUND_LAW_NOISE_SHARE: f64 = 0.1;
 
 // Search.
-
-/// Threshold of the robust loss. Unit: standard deviations. Gaussian noise hardly reaches it: 0.3
-/// % of the samples are beyond (Huber 1964).
+// Check with `cargo test --test identification` and `impactscope trial --conceal none`.
+/// Threshold of the robust loss \[standard deviations\]. Gaussian noise hardly reaches it: 0.3 %
+/// of the samples are beyond (Huber 1964).
 pub const HUBER_THRESHOLD: f64 = 3.0;
-
-/// Cost per row, plus the share of segments set aside, below which no other start is tried. Unit:
-/// 1. Noise alone gives 1.
+/// Cost per row, plus the share of segments set aside, below which no other start is tried \[-\].
+/// Noise alone gives 1.
 pub const GOOD_START_SCORE: f64 = 1.5;
-
-/// Share of a recording in use below which its nuisances are estimated from the start again.
-/// Unit: 1.
+/// Share of a recording in use below which its nuisances are estimated from the start again
+/// \[-\]. The nuisances then rest on too little.
 pub const MIN_USED_SHARE: f64 = 0.2;
-
-/// Mean cost per row above which a segment's events are suspect. Unit: 1. Noise alone gives 1.
+/// Mean cost per row above which a segment's events are suspect \[-\]. Noise alone gives 1.
 pub const SUSPECT_MEAN_COST: f64 = 1.6;
-
-/// Length of the runs whose mean square is watched. Unit: samples. About as long as a misread
-/// bounce is wrong.
+/// Length of the runs whose mean square is watched \[samples\]. About as long as a misread bounce
+/// is wrong.
 pub const SUSPECT_RUN_SAMPLES: usize = 8;
-
-/// Mean square of such a run above which the events are suspect, however long the rest is. Unit:
-/// variances of the noise. Noise alone reaches it once in millions of runs.
+/// Mean square of such a run above which the events are suspect, however long the rest is
+/// \[variances of the noise\]. p = 3e-9 for white Gaussian noise (chi2 of 8 above 56).
 pub const SUSPECT_RUN_MEAN_SQUARE: f64 = 7.0;
-
-/// Misfit above which events are not revised. Unit: standard deviations of the noise. So far off,
-/// the parameters are wrong rather than the events.
+/// Misfit above which events are not revised \[standard deviations of the noise\]. So far off, the
+/// parameters are wrong rather than the events.
 pub const MAX_REVISION_MISFIT: f64 = 10.0;
-
-/// Another sequence of events must bring the misfit below this share. Unit: 1. Each has free
-/// instants of its own, which lower it a little in any case.
+/// Another sequence of events must bring the misfit below this share \[-\]. Each has free instants
+/// of its own, which lower it a little in any case.
 pub const MAX_REVISED_MISFIT_RATIO: f64 = 0.8;
-
 /// Fewest samples before the first event from which the state is known well enough for a
-/// prediction. Unit: samples.
+/// prediction \[samples\]. Judgement.
 pub const MIN_SAMPLES_BEFORE_EVENT: usize = 12;
 
-// Uncertainty and verdicts on a fit.
-
-/// Rise of the cost at the ends of the 95 % interval. Unit: 1. Chi-square of one degree of
-/// freedom; profile likelihood (Raue et al., Bioinformatics 25, 1923, 2009).
+// Confidence intervals.
+// Check with theory: the chi-square distribution of one degree of freedom.
+/// Rise of the cost at the ends of the 95 % interval \[-\]. Chi-square of one degree of freedom;
+/// profile likelihood (Raue et al., Bioinformatics 25, 1923, 2009).
 pub const CHI2_95_ONE_DOF: f64 = 3.84;
 
-/// Correlation from which two parameters cannot be distinguished. Unit: 1. Each error is then
-/// more than three times what it would be alone.
+// Uncertainty and verdicts on a fit.
+// Check with `cargo test --lib fit::uncertainty`.
+/// Correlation from which two parameters cannot be distinguished \[-\]. Each error is then more
+/// than three times what it would be alone.
 pub const EXTREME_CORRELATION: f64 = 0.95;
-
-/// A standard error of this many ranges of the parameter means that it is not determined. Unit:
-/// ranges of the slider.
+/// A standard error of this many ranges of the parameter, or of its value, if that is larger,
+/// means that it is not determined \[ranges of the slider\]. Judgement.
 pub const UNDETERMINED_RANGES: f64 = 3.0;
-
-/// Mean square of the residuals, or square of rms over noise, above which a fit is bad. Unit: 1.
-/// The noise estimate is off by less than a factor of two.
+/// Mean square of the residuals above which a fit is bad; with more than `MAX_SET_ASIDE_SHARE` set
+/// aside, also the ratio of rms and noise \[-\]. The noise estimate is off by less than a factor of
+/// two.
 pub const BAD_FIT_CHI2: f64 = 3.0;
-
-/// Share of a recording set aside above which the rest says nothing. Unit: 1.
+/// Share of a recording set aside above which the rest says nothing \[-\]. Judgement.
 pub const UNUSABLE_SHARE: f64 = 0.99;
-
-/// Ratio of rms and noise up to which readings are followed to the noise. Unit: 1.
+/// Ratio of rms and noise up to which readings are followed to the noise \[-\]. The noise estimate
+/// is off by less.
 pub const MAX_FOLLOWED_NOISE_RATIO: f64 = 1.5;
-
-/// Share of a recording set aside above which more is wrong than events that are hard to read.
-/// Unit: 1.
+/// Share of a recording set aside above which more is wrong than events that are hard to read
+/// \[-\]. Judgement.
 pub const MAX_SET_ASIDE_SHARE: f64 = 0.5;
-
-/// Standard error, as a share of the value, from which a parameter is hardly determined. Unit: 1.
+/// Standard error, as a share of the value, from which a parameter is hardly determined \[-\].
+/// Judgement.
 pub const VAGUE_ERROR_SHARE: f64 = 0.5;
-
-/// Component of an eigenvector from which its parameter is named with it. Unit: 1. At most eleven
+/// Component of an eigenvector from which its parameter is named with it \[-\]. At most eleven
 /// reach it; as a rule two or three do.
 pub const MIN_DIRECTION_SHARE: f64 = 0.3;
 
+// Curvature of the cost for added modes.
+// Check with `cargo test --lib fit::uncertainty::sandwich_covariance`.
 /// Smallest share of the linearized curvature that can be distinguished from zero; lower or
-/// negative ones count as this one. Unit: 1.
+/// negative ones count as this one \[-\]. Judgement.
 pub const MIN_CURVATURE_SHARE: f64 = 0.05;
-
-/// Room to a bound that a difference of gradients needs. Unit: standard errors.
+/// Room to a bound that a difference of gradients needs \[standard errors\]. Judgement.
 pub const MIN_BOUND_ROOM_SIGMAS: f64 = 0.1;
-
-/// Variance of a coordinate from which it is not determined at all. Unit: squares of the
-/// coordinate. No step of it changes anything.
+/// Variance of a coordinate from which it is not determined at all \[squares of the coordinate\].
+/// No step of it changes anything.
 pub const UNDETERMINED_VARIANCE: f64 = 1e4;
 
+// Whether fits of single recordings agree.
+// Check with `cargo test --lib fit::uncertainty::device_consistency`.
 /// Values of two recordings farther apart than this are different, if they also differ by the
-/// share below. Unit: standard errors, which include the scatter of the segments.
+/// share below \[standard errors\]. The errors count what segments disagree about.
 pub const DEVICE_DIFFERENCE_SIGMAS: f64 = 3.0;
-
-/// Relative difference that values of different devices have at least. Unit: 1. Scales are off by
-/// a percent or so.
+/// Relative difference that values of different devices have at least \[-\]. Scales are off by a
+/// percent or so.
 pub const DEVICE_DIFFERENCE_SHARE: f64 = 0.03;
-
-/// Chi2 that a recording counts for of which everything is set aside. Unit: 1. Larger than that
-/// of any fit that follows.
+/// Chi2 that a recording counts for of which everything is set aside \[-\]. Larger than that of
+/// any fit that follows.
 pub const SET_ASIDE_CHI2: f64 = 100.0;
 
 // Steps of the paper.
-
-/// Segments farther from the data than this are not read. Unit: standard deviations of the noise.
+// Check with `cargo test --lib fit::paper_steps`.
+/// Segments farther from the data than this are not read \[standard deviations of the noise\].
+/// Judgement.
 pub const MAX_SEGMENT_NOISE_RATIO: f64 = 3.0;
-
 /// Median distance of the model from the segments above which contact readings depend on a model
-/// that is wrong. Unit: standard deviations of the noise.
+/// that is wrong \[standard deviations of the noise\]. Judgement.
 pub const MAX_READING_NOISE_RATIO: f64 = 1.3;
-
 /// Median distance from segments in which hardly anything happens above which the device must be
-/// fitted as a whole first. Unit: standard deviations of the noise.
+/// fitted as a whole first \[standard deviations of the noise\]. Judgement.
 pub const MAX_DEVICE_NOISE_RATIO: f64 = 5.0;
-
-/// A shorter contact is a bounce rather than a stay. Unit: s. The held cantilever rings for about
-/// as long.
+/// A shorter contact is a bounce rather than a stay \[s\]. The bounces of Fig. 8 are shorter.
+/// Judgement.
 pub const MIN_STAY_TIME: f64 = 0.5e-3;
-
-/// Fewest samples of a ring. Unit: samples.
+/// Fewest samples of a ring \[samples\]. Judgement.
 pub const MIN_RING_SAMPLES: usize = 12;
-
-/// A ring that the ground ends earlier is not read. Unit: periods of the slowest mode. Its decay
+/// A ring that the ground ends earlier is not read \[periods of the slowest mode\]. Its decay
 /// would not show.
 pub const MIN_RING_PERIODS: f64 = 0.5;
-
-/// The voltage may move by this share of its span within a block. Unit: 1. Equation (9) is
-/// static.
+/// The voltage may move by this share of its span within a block \[-\]. Equation (9) is static.
 pub const MAX_BLOCK_VOLTAGE_SHARE: f64 = 0.05;
-
-/// After a turn, a jump or a release so much of the ring is skipped. Unit: decay times of the
-/// first mode.
+/// After a turn, a jump or a release so much of the ring is skipped \[decay times of the first
+/// mode\]. Judgement.
 pub const RING_DECAY_TIMES: f64 = 2.0;
-
-/// Share of the voltage span over which a branch must have been seen. Unit: 1. A cubic through
-/// less of it is an extrapolation.
+/// Share of the voltage span over which a branch must have been seen \[-\]. A cubic through less
+/// of it is an extrapolation.
 pub const MIN_BRANCH_COVERAGE: f64 = 0.4;
-
-/// Threshold of the robust loss of the branches. Unit: scatters of the blocks.
+/// Threshold of the robust loss of the branches \[scatters of the blocks\]. Judgement.
 pub const BRANCH_HUBER_THRESHOLD: f64 = 2.0;
-
-/// Fewest samples of a sustained contact. Unit: samples.
+/// Fewest samples of a sustained contact \[samples\]. Judgement.
 pub const MIN_CONTACT_SAMPLES: f64 = 8.0;
-
-/// A pressure of so many standard errors at the release is one. Unit: standard errors.
+/// Pressure at a release from which it counts as one \[standard errors\]. Judgement.
 pub const PRESSED_SIGMAS: f64 = 3.0;
-
-/// Standard error of a force, as a share of the largest force, from which the noise hides it.
-/// Unit: 1.
+/// Standard error of a force, as a share of the largest force, from which it is too uncertain
+/// \[-\]. Judgement.
 pub const MAX_FORCE_ERROR_SHARE: f64 = 0.3;
-
-/// Fewest releases for a line with an error. Unit: releases. A line has two unknowns.
+/// Fewest releases for a line with an error \[releases\]. A line has two unknowns.
 pub const MIN_RELEASES: usize = 3;
-
-/// Ratio of the longest and the shortest contact that a slope needs. Unit: 1. Below it, the
-/// errors of the times count as well.
+/// Ratio of the longest and the shortest contact that a slope needs \[-\]. Below it, the errors of
+/// the times count as well.
 pub const MIN_CONTACT_TIME_RATIO: f64 = 1.1;
-
-/// Ratio of rms and noise up to which the rings are followed. Unit: 1.
+/// Ratio of rms and noise up to which the rings are followed \[-\]. Judgement.
 pub const MAX_RING_NOISE_RATIO: f64 = 3.0;
-
-/// Bounces whose ratio is less certain than this do not count. Unit: 1, as the ratio.
+/// Largest standard error of a ratio, as a share of it (of 0.1 for smaller ratios) \[-\].
+/// Judgement.
 pub const MAX_RATIO_ERROR: f64 = 0.2;
-
-/// Fewest bounces for a mean with a scatter. Unit: bounces.
+/// Fewest bounces for a mean with a scatter \[bounces\]. Judgement.
 pub const MIN_BOUNCES: usize = 3;
-
-/// Ratio of the misfits after and before the shift above which the search starts again. Unit: 1.
+/// Ratio of the misfits after and before the shift above which the search starts again \[-\].
+/// Judgement.
 pub const RESTART_MISFIT_RATIO: f64 = 1.2;
-
-/// Relative change of a coefficient that counts as none. Unit: 1.
+/// Relative change of a coefficient that counts as none \[-\]. Judgement.
 pub const INSENSITIVE_CHANGE_SHARE: f64 = 0.01;
-
-/// A change below so many of its errors counts as none. Unit: standard errors.
+/// A change below so many of its errors counts as none \[standard errors\]. About 1 in 400 by
+/// chance.
 pub const SENSITIVE_CHANGE_SIGMAS: f64 = 3.0;
 
-/// Threshold of the robust loss of a line. Unit: standard deviations. 95 % efficiency on Gaussian
+// Lines through the readings.
+// Check with `cargo test --lib fit::paper_steps::line_fit`.
+/// Threshold of the robust loss of a line \[standard deviations\]. 95 % efficiency on Gaussian
 /// noise is at 1.345 (Huber 1981); few points favour a little more.
 pub const LINE_HUBER_THRESHOLD: f64 = 1.5;
 
 // Table A.1.
-
-/// Relative error up to which a case is reproduced. Unit: 1. The paper's own limit in Table 3.
+// Check with `impactscope validate` and `impactscope validate --suspects`.
+/// Relative error up to which a case is reproduced \[-\]. The paper's own limit in Table 3.
 pub const MAX_GOOD_ERROR: f64 = 0.3;
-
-/// A shorter contact per period is a touch in passing. Unit: s. The table has 0 for such cases.
+/// A shorter contact per period is a touch in passing \[s\]. The table has 0 for such cases.
 pub const MIN_CONTACT_PER_PERIOD: f64 = 0.2e-3;
-
-/// Errors beyond this many of their scales count linearly. Unit: scales. A case that the model
-/// cannot reach must not decide the rest.
+/// Errors beyond this many of their scales count linearly \[scales\]. A case that the model cannot
+/// reach must not decide the rest.
 pub const TABLE_HUBER_THRESHOLD: f64 = 1.5;
-
-/// Gain at the held-out frequencies, in its standard errors, from which an effect is supported.
-/// Unit: standard errors. They are few, so that this is a weak test.
+/// Gain at the held-out frequencies from which an effect is supported \[its standard errors\].
+/// They are few, so that this is a weak test.
 pub const MIN_GAIN_SIGMAS: f64 = 2.0;
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    /// Of the commands in a group's heading, those that name a module name one that has tests.
+    #[track_caller]
+    fn assert_can_be_run(heading: &str) {
+        for command in heading.split('`').skip(1).step_by(2) {
+            let Some(module) = command.strip_prefix("cargo test --lib ") else {
+                let others = ["cargo test --test ", "impactscope "];
+                assert!(others.iter().any(|o| command.starts_with(o)), "{command}");
+                continue;
+            };
+            let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+            let place = source.join(module.replace("::", "/"));
+            if !place.is_dir() {
+                let text = std::fs::read_to_string(place.with_extension("rs")).unwrap();
+                assert!(text.contains("#[cfg(test)]"), "{module} has no tests");
+            }
+        }
+    }
+
+    #[test]
+    fn every_threshold_says_what_calibrates_it() {
+        let text = include_str!("thresholds.rs");
+        let text = text.split("#[cfg(test)]").next().unwrap();
+        let (mut group, mut doc) = (String::new(), String::new());
+        let mut count = 0;
+        for line in text.lines() {
+            if let Some(more) = line.strip_prefix("/// ") {
+                doc.push_str(more);
+                doc.push(' ');
+            } else if let Some(more) = line.strip_prefix("// ") {
+                group.push_str(more);
+                group.push(' ');
+            } else if line.is_empty() {
+                group.clear();
+            } else if let Some(rest) = line.strip_prefix("pub const ") {
+                let name = rest.split(':').next().unwrap();
+                assert!(group.contains("Check with "), "{name}");
+                assert_can_be_run(&group);
+                // What it is, with its unit, and then why.
+                let (what, why) = doc.split_once(". ").unwrap();
+                assert!(what.contains("\\[") && what.ends_with("\\]"), "{name}");
+                assert!(
+                    !why.trim().is_empty() && why.trim().ends_with('.'),
+                    "{name}"
+                );
+                doc.clear();
+                count += 1;
+            }
+        }
+        assert!(count > 80, "{count}");
+    }
+}

@@ -11,7 +11,7 @@ pub enum ImportError {
     /// A drive is to be read, and no column is a voltage.
     #[error("{file}, line {line}: there is no voltage column; give a CSV with t [s] and V [V]")]
     NoVoltageColumn { file: String, line: usize },
-    #[error("{file}: there is no such file (any more); check the path, or choose the file again")]
+    #[error("{file}: the file does not exist; check the path, or choose the file again")]
     NotFound { file: String },
     #[error("{file}: this is a folder, not a recording; choose a file in it")]
     IsDirectory { file: String },

@@ -226,7 +226,8 @@ fn lattice_step(values: &[f64], runs: &[std::ops::Range<usize>]) -> Option<f64> 
 #[cfg(test)]
 mod tests {
     use super::super::noise::*;
-    use rand::{RngExt, SeedableRng};
+    use crate::model::sensor::gaussian;
+    use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 
     const RATE: f64 = 50e3;
@@ -256,18 +257,13 @@ mod tests {
             .collect()
     }
 
-    pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
-        let (a, b): (f64, f64) = (rng.random(), rng.random());
-        (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
-    }
-
     #[test]
     fn white_noise_on_impacts_within_ten_percent() {
         for (seed, sigma) in [(1, 5e-9), (2, 20e-9), (3, 20e-9), (4, 100e-9), (5, 1e-6)] {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
             let values: Vec<f64> = motion(20_000)
                 .iter()
-                .map(|x| x + sigma * normal(&mut rng))
+                .map(|x| x + sigma * gaussian(&mut rng))
                 .collect();
             let found = estimate_noise(AXIS, &values).unwrap();
             let error = found.sigma / sigma - 1.0;
@@ -287,7 +283,7 @@ mod tests {
         let mut rng = ChaCha8Rng::seed_from_u64(9);
         let mut values: Vec<f64> = motion(20_000)
             .iter()
-            .map(|x| x + 20e-9 * normal(&mut rng))
+            .map(|x| x + 20e-9 * gaussian(&mut rng))
             .collect();
         let mut time: Vec<f64> = (0..values.len()).map(|i| i as f64 / RATE).collect();
         values.iter_mut().step_by(301).for_each(|v| *v = f64::NAN);
@@ -314,7 +310,7 @@ mod tests {
         assert!(found.sigma <= 0.3e-6, "{found:?}");
         let fine: Vec<f64> = motion(20_000)
             .iter()
-            .map(|x| rounded(x + 20e-9 * normal(&mut rng), 1e-9))
+            .map(|x| rounded(x + 20e-9 * gaussian(&mut rng), 1e-9))
             .collect();
         let found = estimate_noise(AXIS, &fine).unwrap();
         assert!(!found.quantised && found.step.is_some(), "{found:?}");

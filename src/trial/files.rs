@@ -1,11 +1,11 @@
 //! A trial as files: recordings as CSV, and the truth in a file of its own.
 
 use std::fs;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::draw::{Recordings, TrialError};
 use super::truth::Envelope;
+use crate::atomic_write::write_atomically;
 use crate::recording::Recording;
 use crate::recording::csv::write_recording;
 
@@ -36,10 +36,9 @@ pub fn write_case(folder: &Path, recordings: &Recordings) -> Result<CaseFiles, T
         let mut paths = Vec::with_capacity(list.len());
         for (i, recording) in list.iter().enumerate() {
             let path = folder.join(format!("{group}-{}.csv", i + 1));
-            let file = fs::File::create(&path).map_err(|e| failed(&path, e))?;
-            let mut out = BufWriter::new(file);
-            write_recording(&mut out, recording).map_err(|e| failed(&path, e))?;
-            out.flush().map_err(|e| failed(&path, e))?;
+            let mut bytes: Vec<u8> = Vec::new();
+            write_recording(&mut bytes, recording).map_err(|e| failed(&path, e))?;
+            write_atomically(&path, &bytes).map_err(|e| failed(&path, e))?;
             paths.push(path);
         }
         Ok::<_, TrialError>(paths)
@@ -56,5 +55,5 @@ pub fn write_case(folder: &Path, recordings: &Recordings) -> Result<CaseFiles, T
 /// [`TrialError::Write`].
 pub fn write_truth(path: &Path, envelope: Envelope) -> Result<(), TrialError> {
     let (_, text) = envelope.open();
-    fs::write(path, text).map_err(|e| failed(path, e))
+    write_atomically(path, text.as_bytes()).map_err(|e| failed(path, e))
 }

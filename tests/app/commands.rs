@@ -3,8 +3,14 @@
 
 use std::process::{Command, Output};
 
-/// A made-up recording of the `paper` device.
+/// A synthetic recording of the `paper` device.
 const RECORDING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/made-up-paper.csv");
+/// Its voltage as a drive.
+const TABLE: &str = concat!(
+    "table:",
+    env!("CARGO_MANIFEST_DIR"),
+    "/assets/made-up-paper.csv"
+);
 
 fn run(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_impactscope"))
@@ -101,7 +107,7 @@ fn wrong_commands_exit_with_2_and_failed_work_with_1() {
         (
             &["fit", RECORDING, "--json", RECORDING],
             2,
-            "one of the recordings that are read",
+            "is an input file",
         ),
         (
             &["fit", RECORDING, "--out", "/no/such/fitted.toml"],
@@ -111,12 +117,22 @@ fn wrong_commands_exit_with_2_and_failed_work_with_1() {
         (
             &["diagnose", RECORDING, "--report", RECORDING],
             2,
-            "one of the recordings that are read",
+            "is an input file",
         ),
         (
             &["fit", RECORDING, "--step", "guide", "--out", "x.toml"],
             2,
-            "finds no values",
+            "finds no parameter values",
+        ),
+        (
+            &["simulate", "--drive", TABLE, "--out", RECORDING],
+            2,
+            "is an input file",
+        ),
+        (
+            &["simulate", "--out", "x.csv", "--events", "./x.csv"],
+            2,
+            "--out and --events name the same file",
         ),
         (&["trial"], 2, "--seed"),
         (
@@ -244,7 +260,7 @@ fn interrupted_work_keeps_the_best_so_far() {
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{rest}");
     assert!(
-        rest.contains("cancelled: what was written is the best so far"),
+        rest.contains("cancelled; the best result so far was written"),
         "{rest}"
     );
     let text = String::from_utf8(output.stdout).unwrap();

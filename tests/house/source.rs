@@ -61,7 +61,7 @@ pub fn is_test(path: &str) -> bool {
     path.contains("/tests/")
         || stem == "tests"
         || stem.ends_with("_tests")
-        || ["test_support", "fixture", "made"].contains(&stem)
+        || ["test_support", "fixture"].contains(&stem)
 }
 
 impl Source {

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Recordings by another hand, one set for each effect of the catalogue, two with nothing left out
-# and three outside it, diagnosed by target/release/impactscope: what was concealed, the answer, and
-# chi2 per value on the recordings kept out.   tests/other_hand/check.sh FIRST_SEED [FOLDER]
+# Recordings by an independent generator, one set for each effect of the catalogue, two with nothing
+# concealed and three outside it, diagnosed by target/release/impactscope: what was concealed, the
+# answer, and chi2 per value on the held-out recordings.   tests/other_hand/check.sh FIRST_SEED [FOLDER]
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 first=${1:?the first seed}

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Recordings of devices with something concealed, by another hand than the program's: written
+"""Recordings of devices with something concealed, by a generator independent of the program: written
 from the equations of the model and the catalogue alone, sharing no code, solver or, where there is
 another one, form of a law with it. Needs what
 requirements.txt lists.
@@ -634,7 +634,7 @@ FORM = dict(
     outside1="force on the mass -c V xp' (voltage-dependent damping), flight only",
     outside2="gain of both readings 1 + gain sin(2 pi 7 t + phase), multiplying the motion before the zero offset",
     outside3="force on the mass F exp(-((xp-x)/w)^2): a bump at one height, at all times",
-    none="nothing left out")
+    none="nothing concealed")
 
 
 def make(eff, seed, out, noise=20e-9, rate=50e3, xp_only=False, size=1.0, h=0.5e-6):

@@ -1,7 +1,7 @@
 //! The simulator at its default options against the reference integrator.
 
 use crate::oracle::{Device, Drive, Kind, Outcome, Tolerance, run};
-use impactscope::model::drive::Waveform;
+use crate::support::waveform::waveform;
 use impactscope::model::preset::Preset;
 use impactscope::sim::{Event, EventKind, Options, Trace, simulate};
 
@@ -117,25 +117,9 @@ fn compare(name: &str, trace: &Trace, reference: &Outcome, drive: &Drive) -> Wor
 
 fn check(name: &str, preset: &str, device: Device, drive: Drive, duration: f64) {
     let model = Preset::embedded(preset).unwrap().model;
-    let waveform = match drive {
-        Drive::Square { hz, volt } => Waveform::Square {
-            frequency: hz,
-            amplitude: volt,
-        },
-        Drive::Sine { hz, volt } => Waveform::Sine {
-            frequency: hz,
-            amplitude: volt,
-        },
-        Drive::Ramped { hz, volt, lambda } => Waveform::Ramped {
-            frequency: hz,
-            amplitude: volt,
-            lambda,
-        },
-        Drive::Rest => Waveform::Rest,
-    };
     let options = Options::default();
     assert_eq!(options.rate, 50e3);
-    let trace = simulate(&model, &waveform, duration, &options).unwrap();
+    let trace = simulate(&model, &waveform(drive), duration, &options).unwrap();
     let tolerance = Tolerance::relative(1e-12);
     let reference = run(&device, &drive, duration, options.rate, &tolerance);
     let worst = compare(name, &trace, &reference, &drive);
@@ -269,28 +253,15 @@ fn all_rows_of_the_paper_keep_their_order_of_events() {
     }
     let mut worst: f64 = 0.0;
     for drive in rows {
-        let (waveform, name, duration) = match drive {
-            Drive::Square { hz, volt } => (
-                Waveform::Square {
-                    frequency: hz,
-                    amplitude: volt,
-                },
-                format!("{hz} Hz {volt} V square"),
-                (4.0 / hz).min(0.4),
-            ),
-            Drive::Sine { hz, volt } => (
-                Waveform::Sine {
-                    frequency: hz,
-                    amplitude: volt,
-                },
-                format!("{hz} Hz {volt} V sine"),
-                (4.0 / hz).min(0.4),
-            ),
+        let (name, hz) = match drive {
+            Drive::Square { hz, volt } => (format!("{hz} Hz {volt} V square"), hz),
+            Drive::Sine { hz, volt } => (format!("{hz} Hz {volt} V sine"), hz),
             _ => unreachable!(),
         };
+        let duration = (4.0 / hz).min(0.4);
         let model = Preset::default().model;
         let options = Options::default();
-        let trace = simulate(&model, &waveform, duration, &options).unwrap();
+        let trace = simulate(&model, &waveform(drive), duration, &options).unwrap();
         let tolerance = Tolerance::relative(1e-12);
         let reference = run(&Device::paper(), &drive, duration, options.rate, &tolerance);
         let case = compare(&name, &trace, &reference, &drive);

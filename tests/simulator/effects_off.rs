@@ -36,6 +36,46 @@ fn strength_zero_is_the_baseline() {
     }
 }
 
+#[test]
+fn every_strength_changes_the_run() {
+    // Longer than until the ground steps.
+    const SPAN: f64 = 0.15;
+    let drives = ["square:50Hz:8V", "sine:50Hz:6V"];
+    let drives = drives.map(|text| Waveform::parse(text, SPAN).unwrap());
+    let baseline = Preset::default().model;
+    let plain = drives.each_ref().map(|drive| run(&baseline, drive, SPAN));
+    for effect in CATALOGUE {
+        let strengths = effect.facts.strengths;
+        // Those that are on at their defaults, or at the end of their range where that is 0.
+        let changes = |on: &[&str]| {
+            let value = |id: &&'static str| {
+                let spec = effect.parameters.iter().find(|p| p.id == *id).unwrap();
+                let own = if spec.default == 0.0 {
+                    spec.range.1
+                } else {
+                    spec.default
+                };
+                (*id, if on.contains(id) { own } else { 0.0 })
+            };
+            let values: Vec<(&str, f64)> = strengths.iter().map(value).collect();
+            let model = with(effect.id, &values);
+            let mut runs = drives.iter().zip(&plain);
+            runs.any(|(drive, plain)| run(&model, drive, SPAN) != *plain)
+        };
+        for id in strengths {
+            // A mode shows where something moves it and a reading sees it: a shape may need another
+            // one beside it that shows nothing alone either.
+            let beside =
+                |other: &&str| other != id && !changes(&[*other]) && changes(&[*id, *other]);
+            assert!(
+                changes(&[*id]) || strengths.iter().any(beside),
+                "{}: {id} is no strength",
+                effect.id
+            );
+        }
+    }
+}
+
 /// The lagged voltage of a sine from rest in closed form, as a table.
 fn lagged_sine(frequency: f64, amplitude: f64, tau: f64, duration: f64) -> Waveform {
     let w = std::f64::consts::TAU * frequency;

@@ -2,7 +2,7 @@
 //! set of values might do so by luck.
 
 use crate::oracle::{Device, Drive, Kind, Tolerance, run};
-use impactscope::model::drive::Waveform;
+use crate::support::waveform::waveform;
 use impactscope::model::preset::Preset;
 use impactscope::sim::{EventKind, Options, simulate};
 use rand::{RngExt, SeedableRng};
@@ -41,25 +41,6 @@ fn draw(rng: &mut ChaCha8Rng) -> Case {
         },
     };
     Case { values, drive }
-}
-
-fn waveform(drive: Drive) -> Waveform {
-    match drive {
-        Drive::Rest => Waveform::Rest,
-        Drive::Square { hz, volt } => Waveform::Square {
-            frequency: hz,
-            amplitude: volt,
-        },
-        Drive::Sine { hz, volt } => Waveform::Sine {
-            frequency: hz,
-            amplitude: volt,
-        },
-        Drive::Ramped { hz, volt, lambda } => Waveform::Ramped {
-            frequency: hz,
-            amplitude: volt,
-            lambda,
-        },
-    }
 }
 
 /// The same values in um, ms, mg, uN.

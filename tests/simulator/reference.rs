@@ -10,9 +10,9 @@ fn square(hz: f64, volt: f64) -> Drive {
 }
 
 #[test]
-fn matrices_are_those_of_the_model_page() {
+fn matrices_are_those_of_the_paper_device() {
     let device = Device::paper();
-    // MODEL.md: M in 1e-10 kg = 1e-4 mg, K in N/m; printed to four digits.
+    // Paper device: M in 1e-10 kg = 1e-4 mg, K in N/m; printed to four digits.
     for (value, printed) in [
         (device.m[0][0] * 1e4, 1.7557),
         (device.m[0][1] * 1e4, 0.1909),
@@ -36,7 +36,7 @@ fn matrices_are_those_of_the_model_page() {
 }
 
 #[test]
-fn drive_is_that_of_the_model_page() {
+fn drive_is_that_of_the_paper_device() {
     let gain = |drive: Drive, ms: f64| {
         let pieces = drive.pieces(1000.0);
         let piece = pieces.iter().find(|p| p.start <= ms && ms < p.end).unwrap();

@@ -48,10 +48,8 @@ fn accept(services: &mut Services) {
         return;
     };
     state.setup.preset.model = answer.diagnosis.model.clone();
-    services.notice(
-        false,
-        "The device now has the diagnosed values and effects; undo with Ctrl+Z",
-    );
+    let text = "The device now has the diagnosed values and effects; this can be undone";
+    services.notice(false, Command::Undo.with_keys(text));
 }
 
 /// Takes the results of diagnoses and sealed trials. `last` is the highest recording number

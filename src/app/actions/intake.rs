@@ -52,8 +52,15 @@ pub fn receive(services: &mut Services) -> bool {
                 choose_preset(&mut services.state.setup, &preset);
             }
             FileEvent::Session { path, loaded } => adopt_session(services, path, *loaded),
-            FileEvent::Saved { purpose, path } => {
+            FileEvent::Saved {
+                purpose,
+                path,
+                remark,
+            } => {
                 services.notice(false, format!("Saved {}", path.display()));
+                if let Some(remark) = remark {
+                    services.notice(false, remark);
+                }
                 if purpose == Purpose::Session {
                     services.session_path = Some(path);
                 }
@@ -151,6 +158,11 @@ fn add_recording(
     recording: Arc<Recording>,
     entry: Option<RecordingEntry>,
 ) -> OverlayId {
+    // Opened again by hand, it takes the place of the one that the session misses.
+    services.forget_missing(|absent| match &entry {
+        Some(entry) => absent.id == entry.id,
+        None => absent.path.as_deref() == Some(&*path),
+    });
     let overlays = &mut services.state.setup.overlays;
     let former = overlays
         .iter()
@@ -176,13 +188,6 @@ fn add_recording(
             (Alignment::default(), color, true, None)
         }
     };
-    if let Some(entry) = &entry {
-        services
-            .missing_recordings
-            .retain(|absent| absent.id != entry.id);
-        let lost = Some(About::Lost(entry.id));
-        services.state.notices.retain(|notice| notice.about != lost);
-    }
     // New data take a new number: results computed for the old number no longer hold.
     let id = match &entry {
         Some(entry) => entry.id,

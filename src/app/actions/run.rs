@@ -58,7 +58,11 @@ pub fn is_possible(services: &Services, command: Command) -> bool {
         Command::Step => live && state.paused,
         Command::LoadDrive => state.setup.preset.model.piezo.is_some(),
         Command::AutoAlign => !state.setup.overlays.is_empty() && state.snapshot.is_some(),
-        Command::RemoveRecording | Command::UseRecordedDrive => selected(state).is_some(),
+        Command::RemoveRecording => selected(state).is_some(),
+        Command::UseRecordedDrive => {
+            state.setup.preset.model.piezo.is_some()
+                && selected(state).is_some_and(|o| o.recording.voltage.is_some())
+        }
         Command::ImportSettings => selected(state).is_some_and(|o| o.recording.path.is_some()),
         Command::ExportSvg
         | Command::ExportPng
@@ -69,9 +73,8 @@ pub fn is_possible(services: &Services, command: Command) -> bool {
             diagnosing.running.is_none() && diagnosis::obstacle(&state.setup).is_none()
         }
         Command::CancelDiagnosis => diagnosing.running.is_some(),
-        // The device of a sealed trial is not the person's own.
         Command::AcceptDiagnosis => {
-            diagnosing.shown().is_some() && diagnosing.trial.sealed.is_none()
+            diagnosing.shown().is_some() && diagnosing.why_not_applied(&state.setup).is_none()
         }
         Command::SaveDiagnosed | Command::ExportReport | Command::ExportDiagnosis => {
             diagnosing.shown().is_some()
@@ -278,6 +281,8 @@ pub fn dialogs(services: &mut Services, ui: &mut Ui) {
 #[cfg(test)]
 mod tests {
     use super::super::run::*;
+    use crate::app::files::open::Files;
+    use crate::model::preset::Preset;
     use eframe::egui::Modifiers;
 
     fn press(key: Key, modifiers: Modifiers) -> InputState {
@@ -290,6 +295,20 @@ mod tests {
             modifiers,
         });
         input
+    }
+
+    #[test]
+    fn a_recorded_voltage_drives_a_device_that_has_a_drive() {
+        let state = State::new(built_in::setup(), View::default());
+        let mut services = Services::new(state, Files::new(|| {}));
+        let possible = |services: &Services| is_possible(services, Command::UseRecordedDrive);
+        assert!(possible(&services));
+        services.state.setup.preset = Preset::embedded("oscillator").unwrap();
+        assert!(!possible(&services), "the device has no drive");
+        services.state.setup = built_in::setup();
+        let overlay = &mut services.state.setup.overlays[0];
+        Arc::make_mut(&mut overlay.recording).voltage = None;
+        assert!(!possible(&services), "no voltage was recorded");
     }
 
     #[test]

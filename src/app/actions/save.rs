@@ -13,6 +13,7 @@ use crate::app::services::Services;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::state::State;
 use crate::diagnose::report;
+use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::TimeAxis;
 use crate::recording::events::events_csv;
@@ -23,7 +24,11 @@ pub fn save(services: &Services, purpose: Purpose, path: PathBuf) {
     let (state, absent) = (services.state.clone(), services.missing_recordings.clone());
     services.files.work("saving", path.clone(), move |_| {
         Some(match write(&state, &absent, purpose, &path) {
-            Ok(()) => FileEvent::Saved { purpose, path },
+            Ok(()) => FileEvent::Saved {
+                purpose,
+                path,
+                remark: remark(&state, purpose),
+            },
             Err(reason) => FileEvent::Failed {
                 message: format!("Saving failed: {reason}"),
             },
@@ -76,16 +81,27 @@ fn write(
     }
 }
 
+/// What is to be known about a saved file.
+fn remark(state: &State, purpose: Purpose) -> Option<&'static str> {
+    let is_preset = matches!(purpose, Purpose::Preset | Purpose::Diagnosed);
+    (is_preset && drive_text(&state.setup.drive).is_none())
+        .then_some("Saved with the preset's drive; a preset cannot hold this one.")
+}
+
+/// A drive as a preset holds it: in one line, which a table and a recording do not fit.
+fn drive_text(drive: &DriveChoice) -> Option<String> {
+    match drive {
+        DriveChoice::Waveform(Waveform::Table(_)) | DriveChoice::Recorded(_) => None,
+        DriveChoice::Waveform(waveform) => Some(waveform.to_string()),
+    }
+}
+
 /// The present device as a preset, with its drive and span.
 fn preset(state: &State) -> Preset {
     let mut preset = state.setup.preset.clone();
-    if let DriveChoice::Waveform(waveform) = &state.setup.drive {
-        let text = waveform.to_string();
-        // A preset holds its drive in one line, which a table does not fit: the preset's own
-        // drive stays.
-        if !text.starts_with("table:") {
-            preset.drive = text;
-        }
+    // If the drive does not fit, the preset's own drive stays.
+    if let Some(drive) = drive_text(&state.setup.drive) {
+        preset.drive = drive;
     }
     preset.duration = state.setup.duration;
     preset

@@ -124,6 +124,17 @@ impl Diagnosing {
         }
     }
 
+    /// Why the answer cannot be applied to the device, if so.
+    pub fn why_not_applied(&self, setup: &Setup) -> Option<&'static str> {
+        if self.trial.sealed.is_some() {
+            return Some("This is the device of a sealed trial, not yours");
+        }
+        let other = |answer: &Arc<Answer>| answer.diagnosis.model.name != setup.preset.model.name;
+        self.shown()
+            .is_some_and(other)
+            .then_some("The open device is not the one that was diagnosed")
+    }
+
     /// Whether the recordings or their roles have changed since the answer.
     pub fn is_stale(&self, setup: &Setup) -> bool {
         let Some(answer) = self.shown() else {

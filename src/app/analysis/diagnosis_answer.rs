@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::fit::aligned;
+use super::recording_roles::with_role;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::{OverlayId, Role};
 use crate::diagnose::Diagnosis;
@@ -37,10 +38,7 @@ impl Asked {
     pub fn of(setup: &Setup, by_hand: Option<BTreeSet<String>>) -> Self {
         let mut recordings: Vec<Used> = Vec::new();
         for role in [Role::Train, Role::HeldOut] {
-            for (overlay, _) in super::recording_roles::of(setup)
-                .into_iter()
-                .filter(|(_, r)| *r == role)
-            {
+            for overlay in with_role(setup, role) {
                 let mut recording = aligned(overlay);
                 let known = |name: &str| recordings.iter().any(|u| u.recording.name == name);
                 if known(&recording.name) {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use eframe::egui::Context;
 
 use super::job::Job;
+use super::recording_roles::with_role;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::{Overlay, Role};
 use crate::fit::{
@@ -48,6 +49,8 @@ pub struct Profile {
     pub job: Option<(String, Job<Progress, Vec<ProfilePoint>>)>,
     /// The last one, with its parameter.
     pub result: Option<(String, Result<Vec<ProfilePoint>, String>)>,
+    /// Whether the last one was cancelled before its last point.
+    pub is_incomplete: bool,
 }
 
 /// Points of a profile, in standard errors of the parameter from its fitted value.
@@ -77,16 +80,6 @@ impl Fitting {
             .collect()
     }
 
-    /// The role of a recording; fitted to, unless the person chose otherwise.
-    pub fn role(&self, overlay: &Overlay) -> Role {
-        let usual = if overlay.visible {
-            Role::Train
-        } else {
-            Role::Unused
-        };
-        overlay.role.unwrap_or(usual)
-    }
-
     /// Starts a fit of the present device.
     pub fn start(&mut self, setup: &Setup, context: &Context) {
         self.error = None;
@@ -97,13 +90,8 @@ impl Fitting {
             free: self.free(setup),
             ..FitOptions::for_model(&model)
         };
-        let of = |role: Role| -> Vec<Arc<Recording>> {
-            let overlays = setup.overlays.iter();
-            overlays
-                .filter(|overlay| self.role(overlay) == role)
-                .map(aligned)
-                .collect()
-        };
+        let of =
+            |role: Role| -> Vec<Arc<Recording>> { with_role(setup, role).map(aligned).collect() };
         let (train, held_out) = parts(of(Role::Train), of(Role::HeldOut));
         self.asked = Some(Arc::new((train.clone(), options.clone())));
         self.moved = (options.free.clone(), Some(Arc::new(model.clone())));
@@ -128,6 +116,10 @@ impl Fitting {
         if let Some((id, job)) = &self.profile.job
             && let Some(points) = job.take()
         {
+            let missing = points
+                .as_ref()
+                .is_ok_and(|points| points.len() < PROFILE_SHIFTS.len());
+            self.profile.is_incomplete = missing && job.is_cancelled();
             self.profile.result = Some((id.clone(), points));
             self.profile.job = None;
         }

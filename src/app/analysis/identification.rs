@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use eframe::egui::Context;
 
-use super::fit::{Fitting, aligned};
+use super::fit::aligned;
 use super::job::Job;
+use super::recording_roles::with_role;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::{OverlayId, Role};
 use crate::fit::contact_readings::ContactReadings;
@@ -59,18 +60,14 @@ pub struct Identification {
     pub chosen: Option<Step>,
 }
 
-/// The recordings that the fit panel uses.
-fn recordings(setup: &Setup, fitting: &Fitting) -> Vec<Arc<Recording>> {
-    let used = setup
-        .overlays
-        .iter()
-        .filter(|overlay| fitting.role(overlay) == Role::Train);
-    used.map(aligned).collect()
+/// The recordings that are fitted to.
+fn recordings(setup: &Setup) -> Vec<Arc<Recording>> {
+    with_role(setup, Role::Train).map(aligned).collect()
 }
 
 impl Identification {
     /// Takes the results of the thread, and examines the recordings again if they have changed.
-    pub fn poll(&mut self, setup: &Setup, fitting: &Fitting, context: &Context) {
+    pub fn poll(&mut self, setup: &Setup, context: &Context) {
         if self.of != setup.preset.model.name {
             // Results of one device must not be applied to another.
             self.of.clone_from(&setup.preset.model.name);
@@ -104,16 +101,16 @@ impl Identification {
             }
             self.job = None;
         }
-        if self.job.is_none() && self.seen.as_ref() != Some(&seen(setup, fitting)) {
-            self.look(setup, fitting, context);
+        if self.job.is_none() && self.seen.as_ref() != Some(&seen(setup)) {
+            self.look(setup, context);
         }
     }
 
     /// Examines which steps the recordings allow for the present device.
-    pub fn look(&mut self, setup: &Setup, fitting: &Fitting, context: &Context) {
+    pub fn look(&mut self, setup: &Setup, context: &Context) {
         let model = Arc::new(setup.preset.model.clone());
-        let recordings = recordings(setup, fitting);
-        self.seen = Some(seen(setup, fitting));
+        let recordings = recordings(setup);
+        self.seen = Some(seen(setup));
         self.allowances.clear();
         self.first = None;
         self.looked = Some(Looked {
@@ -144,12 +141,13 @@ impl Identification {
     }
 
     /// Runs a step with the present device.
-    pub fn start(&mut self, step: Step, setup: &Setup, fitting: &Fitting, context: &Context) {
-        let (model, recordings) = (setup.preset.model.clone(), recordings(setup, fitting));
+    pub fn start(&mut self, step: Step, setup: &Setup, context: &Context) {
+        let (model, recordings) = (setup.preset.model.clone(), recordings(setup));
         self.chosen = Some(step);
-        let known = self.looked.as_ref().filter(|looked| {
-            *looked.model == model && self.seen.as_ref() == Some(&seen(setup, fitting))
-        });
+        let known = self
+            .looked
+            .as_ref()
+            .filter(|looked| *looked.model == model && self.seen.as_ref() == Some(&seen(setup)));
         let known = known.and_then(|looked| looked.readings.clone());
         let job = Job::start(step.id(), context, move |control| {
             let report = |progress: &Progress| control.report(progress.clone());
@@ -172,9 +170,8 @@ impl Identification {
     }
 }
 
-fn seen(setup: &Setup, fitting: &Fitting) -> Seen {
-    let overlays = setup.overlays.iter();
-    let used = overlays.filter(|overlay| fitting.role(overlay) == Role::Train);
+fn seen(setup: &Setup) -> Seen {
+    let used = with_role(setup, Role::Train);
     let placed = used.map(|overlay| (overlay.id, overlay.alignment));
     (placed.collect(), setup.preset.model.name.clone())
 }
@@ -188,9 +185,9 @@ mod tests {
     #[test]
     fn results_of_one_device_are_not_shown_for_another() {
         let mut setup = built_in::setup();
-        let (fitting, context) = (Fitting::default(), Context::default());
+        let context = Context::default();
         let mut identification = Identification::default();
-        identification.poll(&setup, &fitting, &context);
+        identification.poll(&setup, &context);
         let failed = Err("no slow cycle".to_owned());
         identification.findings.insert(Step::Drive.id(), failed);
         setup
@@ -198,11 +195,11 @@ mod tests {
             .model
             .parameters
             .set(crate::model::parameter::ParameterId::Alpha, 0.3);
-        identification.poll(&setup, &fitting, &context);
+        identification.poll(&setup, &context);
         assert_eq!(identification.findings.len(), 1);
         let (_, job) = identification.job.clone().unwrap();
         setup.preset = Preset::load("oscillator").unwrap();
-        identification.poll(&setup, &fitting, &context);
+        identification.poll(&setup, &context);
         assert!(identification.findings.is_empty() && job.is_cancelled());
     }
 }

@@ -37,6 +37,13 @@ pub fn of(setup: &Setup) -> Vec<(&Overlay, Role)> {
     all
 }
 
+/// The recordings with a role.
+pub fn with_role(setup: &Setup, role: Role) -> impl Iterator<Item = &Overlay> {
+    let all = of(setup).into_iter();
+    all.filter(move |(_, r)| *r == role)
+        .map(|(overlay, _)| overlay)
+}
+
 /// Whether a used recording is named as held out.
 fn is_named_held_out((overlay, role): &(&Overlay, Role)) -> bool {
     let name = overlay.recording.name.to_lowercase();

@@ -238,8 +238,8 @@ pub fn answer_text(diagnosis: &Diagnosis) -> String {
     use crate::diagnose::Verdict;
     let names: Vec<&str> = diagnosis.named.iter().map(|n| n.name.as_str()).collect();
     match diagnosis.verdict {
-        Verdict::Adequate => "nothing was left out".to_owned(),
-        Verdict::Unexplained => "something outside the catalogue".to_owned(),
+        Verdict::Adequate => "nothing".to_owned(),
+        Verdict::Unexplained => "an effect outside the catalogue".to_owned(),
         Verdict::MissingPhysics => crate::diagnose::report::words::listed(&names),
     }
 }

@@ -66,7 +66,7 @@ pub fn scale(ui: &mut Ui, quantity: &str, value: &mut f64) {
     let mut shown = inverted;
     let sign = ui
         .checkbox(&mut shown, "inverted")
-        .on_hover_text("the sign is changed: up becomes down");
+        .on_hover_text("Change the sign: up becomes down");
     name(&sign, Role::CheckBox, &format!("{quantity} inverted"));
     if sign.changed() {
         *value = -*value;

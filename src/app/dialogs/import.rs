@@ -72,7 +72,7 @@ impl ImportDialog {
         ];
         for (name, choice) in &choices[..2] {
             if choice.is_none() {
-                return Some(format!("Choose the column of the {name}."));
+                return Some(format!("Choose a column for the {name}."));
             }
         }
         for (i, (name, choice)) in choices.iter().enumerate() {
@@ -81,7 +81,7 @@ impl ImportDialog {
             };
             if choice.index >= self.cells.columns {
                 return Some(format!(
-                    "Choose the column of the {name} again: with this delimiter there is no column {}.",
+                    "Choose another column for the {name}: with this delimiter there is no column {}.",
                     choice.index + 1
                 ));
             }

@@ -1,4 +1,4 @@
-//! A typed path, for systems without a file dialog.
+//! A typed path, for saving and opening.
 
 use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
@@ -192,7 +192,7 @@ impl PathDialog {
         let (title, action) = match self.purpose {
             None => match self.target {
                 Target::Any => ("Open a file", "Open"),
-                Target::Lost(_) => ("Where is the recording now?", "Open"),
+                Target::Lost(_) => ("Locate the recording", "Open"),
                 Target::Drive => ("Open a drive (CSV with t and V)", "Open"),
             },
             Some(_) if self.confirm.is_some() => ("Save to a file", "Replace"),

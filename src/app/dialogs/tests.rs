@@ -82,7 +82,7 @@ fn retype(harness: &mut Harness<'_, World>, name: &str, text: &str) {
 fn columns_are_chosen_and_imported_with_enter() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = import(folder.path(), CSV);
-    assert!(shows(&harness, "Choose the column of the proof mass"));
+    assert!(shows(&harness, "Choose a column for the proof mass"));
     harness.key_press(Key::Enter);
     harness.run_steps(3);
     assert!(harness.state().answers.is_empty(), "nothing is chosen yet");

@@ -135,8 +135,8 @@ fn legend(panel: &Panel, corner: Place, width: f64) -> Result<(Vec<Entry>, usize
         all.push((Sign::Area(panel.contact_color), "in contact".to_owned()));
     }
     for (kind, name) in [
-        (Mark::Impact, "impact, bounces"),
-        (Mark::Stick, "impact, sticks"),
+        (Mark::Impact, "bounce"),
+        (Mark::Stick, "stick"),
         (Mark::Release, "release"),
     ] {
         if let Some(&(_, color, _)) = panel.marks.iter().find(|mark| mark.0 == kind) {

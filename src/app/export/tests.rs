@@ -62,7 +62,7 @@ fn with_overlays(preset: Preset, drive: Waveform, overlays: Vec<Overlay>) -> Sta
         dark: false,
         ..View::default()
     };
-    crate::app::state::state(setup, view)
+    State::new(setup, view)
 }
 
 /// Checks that all elements are closed in order and all text is escaped.
@@ -100,7 +100,7 @@ fn an_svg_says_what_the_window_says() {
         "ground",
         "in contact",
         "\u{b1} noise",
-        "impact, bounces",
+        "bounce",
         "release",
         "pull-off",
         "adhesion",

@@ -1,5 +1,6 @@
 //! Writes files so that a crash or power cut never leaves half a file, and keeps copies of
-//! files that cannot be read.
+//! files that cannot be read. Also what can go wrong with a session, and the folder of the
+//! program's own files.
 
 use std::path::{Path, PathBuf};
 

@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
+use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
-use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::drive_choice::{DriveChoice, Mode};
 use crate::app::setup::overlay::Overlay;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
@@ -13,18 +14,31 @@ use crate::recording::align::Alignment;
 use crate::recording::csv::{ImportSettings, import_bytes_auto};
 use crate::trial::demo;
 
-/// The made-up recording that comes with the program: the `paper` device with other
+/// The synthetic recording that comes with the program: the `paper` device with other
 /// parameters.
 pub const MADE_UP_CSV: &[u8] = include_bytes!("../../../assets/made-up-paper.csv");
 /// Its name in the list of recordings.
-pub const MADE_UP_NAME: &str = "made-up recording";
+pub const MADE_UP_NAME: &str = "synthetic recording";
+/// Its name in older sessions.
+const OLD_MADE_UP_NAME: &str = "made-up recording";
 
 /// The hint of the first start: three things to try.
-pub const FIRST_START_HINT: [&str; 3] = [
-    "The orange curve is a made-up recording of a device with other parameters: drag Cs, alpha and Ca0 until the residual is flat.",
-    "Press L to watch the device in slow motion, W to return to the whole span, G to set the present curve as the reference for comparison.",
-    "Drop a CSV file on the window to compare it with the simulation; press ? for keys and mouse gestures.",
-];
+pub fn first_start_hint() -> [String; 3] {
+    let key = |command: Command| command.keys().unwrap_or_default();
+    [
+        "The orange curve is a synthetic recording of a device with other parameters: drag Cs, alpha and Ca0 until the residual is flat.".to_owned(),
+        format!(
+            "Press {} to watch the device in slow motion, {} to return to the whole span, {} to set the current curve as the reference for comparison.",
+            key(Command::SetMode(Mode::Live)),
+            key(Command::SetMode(Mode::WholeSpan)),
+            key(Command::ToggleReferenceCurve)
+        ),
+        format!(
+            "Drop a CSV file on the window to compare it with the simulation; press {} for keys and mouse gestures.",
+            key(Command::Help)
+        ),
+    ]
+}
 
 /// The `paper` device at its usual drive with the made-up recording over it.
 pub fn setup() -> Setup {
@@ -57,7 +71,7 @@ pub fn made_up(id: u64) -> Option<Overlay> {
 /// first start's if `name` is `None`.
 pub fn shipped(name: Option<&str>, id: u64) -> Option<Overlay> {
     match name {
-        None | Some(MADE_UP_NAME) => made_up(id),
+        None | Some(MADE_UP_NAME | OLD_MADE_UP_NAME) => made_up(id),
         Some(name) => Some(unread(id, demo::recording(name)?)),
     }
 }
@@ -87,5 +101,13 @@ mod tests {
         assert!(overlay.recording.voltage.is_some() && overlay.recording.cantilever.is_some());
         let text = String::from_utf8_lossy(&MADE_UP_CSV[..200]);
         assert!(text.starts_with('#') && text.contains("made up"), "{text}");
+    }
+
+    #[test]
+    fn the_built_in_recording_is_found_by_its_name_in_older_sessions() {
+        for name in [None, Some(MADE_UP_NAME), Some(OLD_MADE_UP_NAME)] {
+            let overlay = shipped(name, 1).expect("it is built in");
+            assert_eq!(overlay.recording.name, MADE_UP_NAME);
+        }
     }
 }

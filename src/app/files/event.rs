@@ -33,7 +33,12 @@ pub enum FileEvent {
     /// The work failed: what happened, where, and what to do.
     Failed { message: String },
     /// A file was saved.
-    Saved { purpose: Purpose, path: PathBuf },
+    Saved {
+        purpose: Purpose,
+        path: PathBuf,
+        /// What the file does not hold as shown.
+        remark: Option<&'static str>,
+    },
     /// A recording's shift onto the simulation was found.
     Aligned { id: OverlayId, found: Aligned },
     /// The file of a session's recording is missing.
@@ -58,9 +63,9 @@ pub enum Purpose {
     Session,
     /// The device as a preset.
     Preset,
-    /// The visible plots.
+    /// The visible plots as SVG.
     Svg,
-    /// The visible plots.
+    /// The visible plots as PNG.
     Png,
     /// The simulated trace.
     Trace,

@@ -17,6 +17,8 @@ pub struct Job {
     /// Progress in per cent.
     percent: AtomicU32,
     cancelled: AtomicBool,
+    /// Whether the work has asked whether to continue.
+    can_cancel: AtomicBool,
 }
 
 /// A file being worked on, as it is shown.
@@ -28,6 +30,8 @@ pub struct Working {
     pub path: PathBuf,
     /// Progress, 0 to 1.
     pub fraction: f32,
+    /// Whether cancelling stops it. Only imports ask whether to continue.
+    pub can_cancel: bool,
 }
 
 /// Requests a new frame of the window.
@@ -53,6 +57,7 @@ impl Jobs {
             what: job.what,
             path: job.path.clone(),
             fraction: job.percent.load(Ordering::Relaxed) as f32 / 100.0,
+            can_cancel: job.can_cancel.load(Ordering::Relaxed),
         };
         self.running().into_iter().map(show).collect()
     }
@@ -94,6 +99,7 @@ impl Context {
             path,
             percent: AtomicU32::new(0),
             cancelled: AtomicBool::new(false),
+            can_cancel: AtomicBool::new(false),
         });
         jobs.lock().push(Arc::downgrade(&job));
         Self {
@@ -129,6 +135,7 @@ impl Context {
 
     /// Reports progress, 0 to 1; returns whether to continue.
     pub fn progress(&self, share: f32) -> bool {
+        self.job.can_cancel.store(true, Ordering::Relaxed);
         let percent = (share.clamp(0.0, 1.0) * 100.0) as u32;
         if self.job.percent.swap(percent, Ordering::Relaxed) != percent {
             (self.repaint)();

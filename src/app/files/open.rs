@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use super::event::{FileEvent, Purpose, failed};
 use super::jobs::{Context, Jobs, Repaint, Working};
 use super::reading::{drive_from, import_with, open};
+use super::recent::absolute;
 use super::session_text::RecordingEntry;
 use crate::app::analysis::job::panic_text;
 use crate::recording::csv::{ImportSettings, preview};
@@ -101,13 +102,13 @@ impl Files {
     /// Opens a file of any kind. A recording with unambiguous columns is imported at once; a
     /// known one is imported as last time.
     pub fn open(&self, path: PathBuf) {
-        let path = absolute(path);
+        let path = absolute(&path);
         self.spawn(path.clone(), move |context| open(path, context));
     }
 
     /// Imports a recording with given settings; `entry` is its entry in a session.
     pub fn import(&self, path: PathBuf, settings: ImportSettings, entry: Option<RecordingEntry>) {
-        let path = absolute(path);
+        let path = absolute(&path);
         self.spawn(path.clone(), move |context| {
             import_with(path, settings, Vec::new(), entry, context)
         });
@@ -122,13 +123,13 @@ impl Files {
 
     /// Reads a drive from a CSV with time and voltage.
     pub fn drive(&self, path: PathBuf) {
-        let path = absolute(path);
+        let path = absolute(&path);
         self.spawn(path.clone(), move |_| Some(drive_from(&path)));
     }
 
     /// Previews how a recording would be read, so that the person can change the settings.
     pub fn ask(&self, path: PathBuf) {
-        let path = absolute(path);
+        let path = absolute(&path);
         self.spawn(path.clone(), move |_| {
             Some(match preview(&path) {
                 Ok(preview) => FileEvent::Ask { path, preview },
@@ -219,11 +220,6 @@ impl Files {
             ));
         }
     }
-}
-
-/// The absolute path, which stays the same when the current folder changes.
-pub fn absolute(path: PathBuf) -> PathBuf {
-    std::path::absolute(&path).unwrap_or(path)
 }
 
 #[cfg(test)]

@@ -216,7 +216,9 @@ fn work_in_progress_is_shown_and_can_be_cancelled() {
         assert!(Instant::now() < until);
         std::thread::sleep(Duration::from_millis(1));
     }
-    assert_eq!(files.working()[0].path, Path::new("/data/long.csv"));
+    let work = &files.working()[0];
+    assert_eq!(work.path, Path::new("/data/long.csv"));
+    assert!(work.can_cancel);
     files.cancel();
     while files.pending() > 0 {
         assert!(Instant::now() < until);
@@ -224,4 +226,12 @@ fn work_in_progress_is_shown_and_can_be_cancelled() {
     }
     drop(go);
     assert!(files.poll().is_empty());
+    // Work that never asks whether to continue cannot be cancelled.
+    let (go, wait) = channel::<()>();
+    files.work("saving", PathBuf::from("/data/a.csv"), move |_| {
+        let _ = wait.recv();
+        None
+    });
+    assert!(!files.working()[0].can_cancel);
+    drop(go);
 }

@@ -35,7 +35,7 @@ pub(super) fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
             match import_with(path.clone(), settings, warnings, None, context) {
                 Some(FileEvent::Failed { message }) => {
                     preview.ambiguities.push(format!(
-                        "It can no longer be read with the settings of last time: {message}"
+                        "The settings used last time no longer work: {message}"
                     ));
                     Some(FileEvent::Ask { path, preview })
                 }

@@ -90,7 +90,7 @@ impl RecentFiles {
 }
 
 /// The absolute path, which stays the same when the current folder changes.
-fn absolute(path: &Path) -> PathBuf {
+pub fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 

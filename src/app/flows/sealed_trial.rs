@@ -23,14 +23,19 @@ pub(crate) fn poll(state: &mut State, last: &mut OverlayId) {
             Err(error) => state.diagnosing.trial.error = Some(error),
         }
     }
-    let trial = &mut state.diagnosing.trial;
-    let there = |sealed: &Sealed| {
-        let overlays = &state.setup.overlays;
-        overlays.iter().any(|o| sealed.recordings.contains(&o.id))
+    let is_gone = |sealed: &Sealed| {
+        let mut overlays = state.setup.overlays.iter();
+        !overlays.any(|o| sealed.recordings.contains(&o.id))
     };
-    if trial.sealed.as_ref().is_some_and(|sealed| !there(sealed)) {
-        // Undo has already brought the person's own setup back.
-        trial.sealed = None;
+    if state.diagnosing.trial.sealed.as_ref().is_some_and(is_gone) {
+        // Undo has brought the person's own setup back, and a reset has put another one there;
+        // neither brings back the answers. After the last recording was removed by hand the
+        // setup is still that of the trial.
+        if state.setup.overlays.is_empty() {
+            end(state);
+        } else {
+            close(state);
+        }
     }
 }
 
@@ -68,16 +73,20 @@ pub(crate) fn begin(
 
 /// Ends the trial and restores the person's own recordings, device and answers.
 pub fn end(state: &mut State) {
-    let Some(sealed) = state.diagnosing.trial.sealed.take() else {
-        return;
-    };
-    if let Some(running) = state.diagnosing.running.take() {
+    if let Some(setup) = close(state) {
+        state.setup = setup;
+        state.selected = state.setup.overlays.first().map(|overlay| overlay.id);
+    }
+}
+
+/// Ends the trial and restores the person's own answers. Returns the person's own setup.
+fn close(state: &mut State) -> Option<Setup> {
+    let diagnosing = &mut state.diagnosing;
+    let sealed = diagnosing.trial.sealed.take()?;
+    let own = *sealed.own;
+    if let Some(running) = diagnosing.running.take() {
         running.job.cancel();
     }
-    let own = *sealed.own;
-    state.setup = own.setup;
-    state.selected = state.setup.overlays.first().map(|overlay| overlay.id);
-    let diagnosing = &mut state.diagnosing;
     diagnosing.automatic = own.automatic;
     diagnosing.by_hand = own.by_hand;
     diagnosing.picked = None;
@@ -85,6 +94,7 @@ pub fn end(state: &mut State) {
     if let Some(answer) = diagnosing.shown().cloned() {
         diagnosing.look.begin(&answer);
     }
+    Some(own.setup)
 }
 
 /// The person's own setup, even during a trial: a trial is no part of a session.

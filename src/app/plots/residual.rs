@@ -8,6 +8,8 @@ use super::frame::curve::Curve;
 use super::frame::style;
 use super::frame::time_plot::TimePlot;
 use crate::app::analysis::recording_noise;
+use crate::app::setup::command::Command;
+use crate::app::setup::drive_choice::Mode;
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::Picture;
 use crate::app::simulation::snapshot::OverlayComparison;
@@ -35,7 +37,7 @@ pub fn describe(ui: &Ui, state: &State) -> Result<TimePlot, String> {
             continue;
         };
         let color = style::overlay_color(ui, overlay.color);
-        let name = format!("res {}", overlay.recording.name);
+        let name = format!("residual {}", overlay.recording.name);
         plot.curves
             .push(Curve::new(name, Arc::clone(pyramid), color).owned(overlay.id));
         if let Some(sigma) = recording_noise::sigma(ui, overlay) {
@@ -46,7 +48,7 @@ pub fn describe(ui: &Ui, state: &State) -> Result<TimePlot, String> {
     if !plot.curves.is_empty() {
         return Ok(plot);
     }
-    Err(reason.unwrap_or_else(|| why_empty(state, visible.is_empty()).to_owned()))
+    Err(reason.unwrap_or_else(|| why_empty(state, visible.is_empty())))
 }
 
 /// The comparison of a recording with the run.
@@ -55,15 +57,18 @@ pub fn comparison<'a>(state: &'a State, overlay: &Overlay) -> Option<&'a Overlay
     comparisons.iter().find(|c| c.id == overlay.id)
 }
 
-fn why_empty(state: &State, none_visible: bool) -> &'static str {
+fn why_empty(state: &State, none_visible: bool) -> String {
     let live = state.snapshot.as_ref().is_some_and(|s| s.live.is_some());
-    if state.setup.overlays.is_empty() {
-        "Residual: open a recording to see its distance from the simulation."
+    let whole_span = Command::SetMode(Mode::WholeSpan);
+    let switch = whole_span.with_keys("recordings are compared in whole-span mode");
+    let reason: &str = if state.setup.overlays.is_empty() {
+        "open a recording to see its distance from the simulation"
     } else if none_visible {
-        "Residual: make a recording visible to compare it with the simulation."
+        "make a recording visible to compare it with the simulation"
     } else if live {
-        "Residual: recordings are compared in whole-span mode (W)."
+        &switch
     } else {
-        "Residual: the comparison is being computed."
-    }
+        "the comparison is being computed"
+    };
+    format!("Residual: {reason}.")
 }

@@ -18,17 +18,14 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     let palette = style::palette(ui);
     let mut plot = TimePlot::new(Picture::Trajectory, "displacement x", "m");
     plot.least = 1e-10;
-    let cantilever = state.view.show_cantilever;
     if let Some(reference) = &state.reference {
         let pyramid = Arc::clone(&reference.proof_mass_pyramid);
         let curve = Curve::new("A: xp", pyramid, palette.reference).width(1.5);
         plot.curves.push(curve.dashed());
     }
-    if cantilever {
-        plot.curves.extend(recorded(ui, state, Channel::Cantilever));
-    }
+    plot.curves.extend(recorded(ui, state, Channel::Cantilever));
     if let Some(snapshot) = &state.snapshot {
-        if cantilever && !snapshot.cantilever_pyramid.is_empty() {
+        if !snapshot.cantilever_pyramid.is_empty() {
             let pyramid = Arc::clone(&snapshot.cantilever_pyramid);
             let curve = Curve::new("xc", pyramid, palette.cantilever);
             plot.curves.push(curve.width(1.0));
@@ -47,10 +44,7 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
             });
         }
         plot.contacts = Some(Arc::clone(&snapshot.trace));
-        plot.events = state
-            .view
-            .show_events
-            .then(|| (Arc::clone(&snapshot.trace), proof_mass));
+        plot.events = Some((Arc::clone(&snapshot.trace), proof_mass));
     } else if state.setup.overlays.iter().all(|overlay| !overlay.visible) {
         plot.message = Some("The first result is being computed.".to_owned());
     }

@@ -166,15 +166,15 @@ impl Command {
             Command::SaveSessionAs => ("Save session as...", "Save the session under a new name"),
             Command::SavePreset => (
                 "Save as preset...",
-                "Save the present device as a preset file",
+                "Save the current device as a preset file",
             ),
             Command::ExportSvg => (
                 "Export plots as SVG...",
-                "Write the visible plots as a vector picture",
+                "Write the visible plots as a vector image",
             ),
             Command::ExportPng => (
                 "Export plots as PNG...",
-                "Write the visible plots as a pixel picture",
+                "Write the visible plots as a PNG image",
             ),
             Command::ExportTrace => (
                 "Export trace as CSV...",
@@ -182,14 +182,14 @@ impl Command {
             ),
             Command::ExportEvents => (
                 "Export events as CSV...",
-                "Write all impacts, sticks and releases",
+                "Write all events: impacts, sticks, releases and drive steps",
             ),
             Command::Undo => ("Undo", "Undo the last change"),
             Command::Redo => ("Redo", "Redo the change"),
             Command::ResetParameters => ("Reset parameters", "Return to the values of the preset"),
             Command::ResetAll => (
                 "Reset everything",
-                "Return to the state of the first start; can be undone",
+                "Return to the state of the first start. Undo restores device, drive and recordings.",
             ),
             Command::SetMode(Mode::WholeSpan) => {
                 ("Whole span", "Simulate the whole time span at once")
@@ -200,7 +200,7 @@ impl Command {
             Command::Restart => ("Restart", "Live mode: start again at t = 0"),
             Command::ToggleReferenceCurve => (
                 "Reference curve A",
-                "Keep the present curve as the reference A to compare with, or discard it",
+                "Keep the current curve as the reference A to compare with, or discard it",
             ),
             Command::ZoomAll => ("Zoom to all", "Show the whole time span"),
             Command::DriveEditor => ("Drive editor", "Edit waveform, frequency and amplitude"),
@@ -242,7 +242,7 @@ impl Command {
                 "Show or hide displacement against voltage",
             ),
             Command::TogglePicture(Picture::Device) => {
-                ("Plot: device", "Show or hide the drawn device")
+                ("Plot: device", "Show or hide the animated device")
             }
             Command::ImportSettings => (
                 "Import settings...",
@@ -270,15 +270,15 @@ impl Command {
                 "Find the effects that the model is missing, from the recordings",
             ),
             Command::DiagnoseByHand => (
-                "Diagnose by hand",
+                "Test ticked effects",
                 "Fit exactly the ticked effects and check them on the held-out recordings",
             ),
             Command::CancelDiagnosis => (
                 "Cancel the diagnosis",
-                "Stop soon and keep the result so far",
+                "Stop and keep the best result so far",
             ),
             Command::AcceptDiagnosis => (
-                "Accept into the model",
+                "Apply to the device",
                 "Use the diagnosed values and effects for the device; can be undone",
             ),
             Command::SaveDiagnosed => (
@@ -295,7 +295,7 @@ impl Command {
             ),
             Command::Example => (
                 "Try the example",
-                "Load made-up recordings of a device that differs slightly from the paper's",
+                "Load synthetic recordings of a device that differs slightly from the paper's",
             ),
             Command::SealedTrial => (
                 "Sealed trial",
@@ -323,6 +323,14 @@ impl Command {
         };
         let all: Vec<String> = self.shortcuts().map(text).collect();
         (!all.is_empty()).then(|| all.join(" or "))
+    }
+
+    /// A text with its keys in brackets, if it has any.
+    pub fn with_keys(self, text: &str) -> String {
+        match self.keys() {
+            Some(keys) => format!("{text} ({keys})"),
+            None => text.to_owned(),
+        }
     }
 
     /// Its usual key, if it has one.

@@ -67,10 +67,6 @@ pub struct View {
     pub dark: bool,
     /// Whether the panel on the right is open.
     pub side_panel: bool,
-    /// Whether the cantilever's curve is drawn.
-    pub show_cantilever: bool,
-    /// Whether events (impact, release) are marked.
-    pub show_events: bool,
     /// Curves that the person switched from their default visibility, as `Picture: name`.
     pub switched_curves: BTreeSet<String>,
     /// Time span in view \[s\]; `None` is all of it.
@@ -96,8 +92,6 @@ impl Default for View {
             .into(),
             dark: true,
             side_panel: true,
-            show_cantilever: true,
-            show_events: true,
             switched_curves: BTreeSet::new(),
             time_range: None,
             workspace: "tune".to_owned(),

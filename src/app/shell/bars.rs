@@ -7,13 +7,14 @@ use eframe::egui::{Panel, Ui};
 
 use crate::app::actions::menus;
 use crate::app::files::built_in;
-use crate::app::files::open::absolute;
+use crate::app::files::recent::absolute;
 use crate::app::plots::frame::layout_note::note;
 use crate::app::services::Services;
 use crate::app::setup::command::Command;
 use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::simulation::snapshot::LiveState;
 use crate::app::theme;
+use crate::app::widgets::text::counted;
 use crate::model::unit::format_quantity;
 
 /// Draws menus, workspace tabs and the hint of the first start.
@@ -43,7 +44,7 @@ pub(super) fn menu_bar(services: &mut Services, ui: &mut Ui) {
 fn hint(services: &mut Services, ui: &mut Ui) {
     ui.horizontal(|ui| {
         ui.vertical(|ui| {
-            for line in built_in::FIRST_START_HINT {
+            for line in built_in::first_start_hint() {
                 ui.label(line);
             }
         });
@@ -67,10 +68,10 @@ pub(super) fn status_bar(services: &Services, ui: &mut Ui) {
                 ui.weak(live_speed(live));
             } else {
                 ui.weak(format!(
-                    "{} samples, {} steps, {} events in {:.1} ms",
-                    trace.len(),
-                    trace.steps,
-                    trace.events.len(),
+                    "{}, {}, {} in {:.1} ms",
+                    counted(trace.len(), "sample"),
+                    counted(trace.steps as usize, "step"),
+                    counted(trace.events.len(), "event"),
                     snapshot.cost.as_secs_f64() * 1e3
                 ));
             }
@@ -86,7 +87,7 @@ pub(super) fn status_bar(services: &Services, ui: &mut Ui) {
             if let Some(refusal) = &services.state.refusal {
                 ui.separator();
                 let color = theme::error(ui.visuals().dark_mode);
-                ui.colored_label(color, format!("not shown: {}", refusal.message));
+                ui.colored_label(color, format!("not simulated: {}", refusal.message));
             }
         });
     });
@@ -95,7 +96,8 @@ pub(super) fn status_bar(services: &Services, ui: &mut Ui) {
 fn file_progress(services: &Services, ui: &mut Ui) {
     ui.separator();
     ui.spinner();
-    for work in services.files.working() {
+    let working = services.files.working();
+    for work in &working {
         let name = work.path.file_name().unwrap_or_default();
         let mut text = format!("{} {}", work.what, name.to_string_lossy());
         if work.fraction > 0.0 {
@@ -103,7 +105,8 @@ fn file_progress(services: &Services, ui: &mut Ui) {
         }
         ui.label(text);
     }
-    if ui.small_button("Cancel").clicked() {
+    // Saving, aligning and the like cannot be stopped.
+    if working.iter().any(|work| work.can_cancel) && ui.small_button("Cancel").clicked() {
         services.files.cancel();
     }
 }
@@ -120,7 +123,7 @@ pub(super) fn dropped_files(services: &mut Services, ui: &mut Ui) {
         (paths, !input.raw.hovered_files.is_empty())
     });
     for path in dropped {
-        services.requested_files.push(absolute(path.clone()));
+        services.requested_files.push(absolute(&path));
         services.files.open(path);
     }
     if hovering {

@@ -5,7 +5,7 @@ pub(super) mod bars;
 pub(super) mod diagnosis;
 pub(super) mod layout_dump;
 pub mod options;
-pub mod picture;
+pub mod screenshot;
 pub(super) mod simulator;
 #[cfg(test)]
 pub(super) mod tests;

@@ -25,6 +25,8 @@ enum Clicked {
     DismissAll,
     Import(OverlayId),
     Locate(OverlayId),
+    /// Remove a missing recording from the session.
+    Forget(OverlayId),
 }
 
 /// Draws the notices over the lower right corner.
@@ -54,6 +56,7 @@ pub(super) fn show(services: &mut Services, ui: &Ui) {
         }
         Some(Clicked::DismissAll) => services.state.notices.clear(),
         Some(Clicked::Locate(id)) => services.dialogs.ask_file(Target::Lost(id)),
+        Some(Clicked::Forget(id)) => services.forget_missing(|entry| entry.id == id),
         Some(Clicked::Import(id)) => {
             services.state.selected = Some(id);
             services.state.ask(Command::ImportSettings);
@@ -98,8 +101,13 @@ fn stack(services: &Services, ui: &mut Ui) -> Option<Clicked> {
                     {
                         clicked = Some(Clicked::Import(id));
                     }
-                    Some(About::Lost(id)) if ui.small_button("Locate...").clicked() => {
-                        clicked = Some(Clicked::Locate(id));
+                    Some(About::Lost(id)) => {
+                        if ui.small_button("Locate...").clicked() {
+                            clicked = Some(Clicked::Locate(id));
+                        }
+                        if ui.small_button("Remove from session").clicked() {
+                            clicked = Some(Clicked::Forget(id));
+                        }
                     }
                     _ => {}
                 }

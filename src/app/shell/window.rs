@@ -9,18 +9,19 @@ use eframe::egui::{CentralPanel, Context, Frame, Ui};
 use super::autosave::{self, Autosave};
 use super::layout_dump::Layout;
 use super::options::WindowOptions;
-use super::picture::{PictureOutcome, Screenshot};
+use super::screenshot::{PictureOutcome, Screenshot};
 use super::simulator::{self, Simulator};
 use super::{bars, diagnosis, toasts};
 use crate::app::actions::{intake, reference_curve, run};
 use crate::app::files::built_in;
-use crate::app::files::open::{Files, absolute};
+use crate::app::files::open::Files;
+use crate::app::files::recent::absolute;
 use crate::app::services::Services;
 use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::notice::Notice;
 use crate::app::setup::view::View;
-use crate::app::state::state;
+use crate::app::state::State;
 use crate::app::{theme, workspaces};
 use crate::model::preset::Preset;
 
@@ -148,11 +149,11 @@ fn first_services(options: &WindowOptions, preset: Option<Preset>, files: Files)
     let entries = missing_recordings.iter();
     let mut requested_files: Vec<PathBuf> = entries.filter_map(|e| e.path.clone()).collect();
     for file in &options.files {
-        requested_files.push(absolute(file.clone()));
+        requested_files.push(absolute(file));
         files.open(file.clone());
     }
     let shown = setup.overlays.iter().map(|o| o.id).max().unwrap_or(0);
-    let mut state = state(setup, view);
+    let mut state = State::new(setup, view);
     if let Some(workspace) = &options.workspace {
         state.view.workspace.clone_from(workspace);
     }

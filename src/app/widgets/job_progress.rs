@@ -8,6 +8,9 @@ use crate::app::analysis::job::Job;
 /// Width of a progress bar \[points\].
 const BAR_WIDTH: f32 = 330.0;
 
+/// Help of a button that cancels work with a usable result so far.
+pub const STOP_HELP: &str = "Stop and keep the best result so far";
+
 /// A button that cancels `job`; disabled once it was pressed.
 pub fn cancel_button<P, T>(ui: &mut Ui, job: &Job<P, T>, help: &str)
 where

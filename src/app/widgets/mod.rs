@@ -7,5 +7,7 @@ pub(crate) mod icon;
 pub(super) mod job_progress;
 pub(super) mod parameter_slider;
 pub(super) mod quantity_field;
+pub(super) mod result_buttons;
+pub(super) mod role_choice;
 pub(super) mod slider_track;
 pub(super) mod text;

@@ -262,7 +262,7 @@ impl ParameterSlider<'_> {
                     ),
                 );
             });
-        ui.weak("Shift: fine steps. Arrow keys when focused. Double click: default. Values outside the range can be typed.");
+        ui.weak("Shift: fine steps. Arrow keys when focused. Double-click: default. Values outside the range can be typed.");
     }
 }
 

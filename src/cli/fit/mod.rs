@@ -5,7 +5,6 @@ pub(super) mod profile;
 pub(super) mod result;
 pub(super) mod steps;
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
@@ -98,7 +97,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         && !steps::finds_values(step)
     {
         return Err(wrong_command(anyhow!(
-            "--step {step} finds no values that a device could keep; leave out --out"
+            "--step {step} finds no parameter values; omit --out"
         )));
     }
     let outputs = [
@@ -107,11 +106,10 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     ];
     let inputs = [&args.recordings[..], &args.held_out].concat();
     output::ready(&outputs, &inputs)?;
-    let live = std::io::stderr().is_terminal();
     let doubted = Once::new();
     let progress = |p: &Progress| {
         doubted.call_once(|| show_doubts(p));
-        show_progress(p, live);
+        show_progress(p);
     };
     // Only from here on: while files are read, Ctrl-C ends the program.
     let control = || Control {
@@ -186,7 +184,7 @@ fn free(typed: &[String]) -> Result<Vec<String>, Failure> {
 fn for_the_command_line(error: FitError) -> Failure {
     match error {
         FitError::IrrelevantParameter { id, device } => wrong_command(anyhow!(
-            "{id} has no effect on the device {device}; leave it out of --free"
+            "{id} has no effect on the device {device}; remove it from --free"
         )),
         FitError::NoContact { parameters, reason } => anyhow!(
             "there is no contact in any of the recordings ({reason}), so that {parameters} cannot be fitted; free only others, for example --free eta,zeta1, or add a recording in which the mass hits the ground"
@@ -204,7 +202,7 @@ fn show_doubts(p: &Progress) {
     }
 }
 
-fn show_progress(p: &Progress, live: bool) {
+fn show_progress(p: &Progress) {
     let line = format!(
         "{}: iteration {}, misfit {} x noise, about {:.0} s left",
         p.stage,
@@ -212,11 +210,7 @@ fn show_progress(p: &Progress, live: bool) {
         format_number(p.misfit, 3),
         p.remaining.as_secs_f64()
     );
-    if live {
-        eprint!("\r\x1b[K{line}");
-    } else {
-        eprintln!("{line}");
-    }
+    output::progress(&line, true);
 }
 
 #[cfg(test)]

@@ -50,7 +50,7 @@ impl Profile {
     /// The curve and the interval as text.
     pub fn text(&self) -> String {
         let mut text = format!(
-            "profile of {}: rise of the cost with it held at each value, everything else refitted\n",
+            "profile of {}: increase of the cost when it is fixed at each value and all others are refitted\n",
             self.id
         );
         let write = |value: f64| format_quantity(value, self.unit, 6);
@@ -62,15 +62,15 @@ impl Profile {
             );
         }
         if self.cancelled {
-            return text + "cancelled before the profile was whole\n";
+            return text + "cancelled before the profile was complete\n";
         }
         let between = match interval(&self.points) {
             [Some(low), Some(high)] => format!("{} to {}", write(low), write(high)),
             [Some(low), None] => format!("from {}, no upper end among these values", write(low)),
             [None, Some(high)] => format!("up to {}, no lower end among these values", write(high)),
-            [None, None] => "none: no value of these disagrees with the data".to_owned(),
+            [None, None] => "none: the data exclude none of these values".to_owned(),
         };
-        text + &format!("95 % interval (rise of {CHI2_95_ONE_DOF}): {between}\n")
+        text + &format!("95 % interval (increase of {CHI2_95_ONE_DOF}): {between}\n")
     }
 
     /// The same as JSON, values in SI; an end of the interval that was not reached is null.
@@ -119,7 +119,7 @@ mod tests {
         assert!(open.text().contains("no upper end"), "{}", open.text());
         assert!(open.as_json()["interval_95"][1].is_null());
         let flat = made_up(|_| 0.0);
-        assert!(flat.text().contains("none: no value"), "{}", flat.text());
+        assert!(flat.text().contains("none: the data"), "{}", flat.text());
     }
 
     #[test]

@@ -118,7 +118,7 @@ fn film_at_contact(result: &FitResult) -> Option<f64> {
 fn misfit(m: &Misfit) -> String {
     let aside = if m.set_aside > 0.0 {
         format!(
-            "; {:.1} % of the samples set aside, around events that could not be followed",
+            "; {:.1} % of the samples set aside, around events that could not be resolved",
             100.0 * m.set_aside
         )
     } else {

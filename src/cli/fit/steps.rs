@@ -9,9 +9,9 @@ use super::result;
 use crate::cli::output;
 use crate::fit::paper_steps::adhesion::Adhesion;
 use crate::fit::paper_steps::drive::{BranchFit, DriveFit};
-use crate::fit::paper_steps::far_off;
 use crate::fit::paper_steps::film::Film;
 use crate::fit::paper_steps::guide::{Allowance, Guidance, Step, guide};
+use crate::fit::paper_steps::model_distance_warning;
 use crate::fit::paper_steps::outcome::{StepResult, take};
 use crate::fit::paper_steps::restitution::Restitution;
 use crate::fit::paper_steps::sensitivity::{Sensitivity, TABLE_2_ROWS, ZERO_SHIFT};
@@ -29,6 +29,9 @@ pub const STEP_NAMES: [&str; 6] = [
     "film",
     "sensitivity",
 ];
+
+/// How the whole device is fitted before a step.
+const FIT_WHOLE_DEVICE: &str = "On the command line: impactscope fit RECORDING... --out device.toml, then --preset device.toml with each step.";
 
 /// The input of a step.
 pub struct StepInputs<'a> {
@@ -93,6 +96,13 @@ pub fn run(
 
 type Outcome = (String, Value);
 
+/// The lines that warn of a model that is `off` from what was read; empty if it is not.
+fn distance_warning(off: f64) -> String {
+    model_distance_warning(off).map_or_else(String::new, |warning| {
+        format!("{warning}\n{FIT_WHOLE_DEVICE}\n")
+    })
+}
+
 fn guided(found: &Guidance) -> Outcome {
     let allowances = &found.allowances;
     let mut text = String::from("Steps of the identification, in the paper's order:\n");
@@ -115,7 +125,7 @@ fn guided(found: &Guidance) -> Outcome {
     }
     if let Some(first) = &found.first {
         text += &format!(
-            "{first} Afterwards a step that says \"no\" may say \"yes\" with the same recordings.\nOn the command line: impactscope fit RECORDING... --out device.toml, then --preset device.toml with each step.\n"
+            "{first} After that, steps marked \"no\" may become possible with the same recordings.\n{FIT_WHOLE_DEVICE}\n"
         );
     } else if let Some(Allowance { step, .. }) = allowances.iter().find(|a| a.by.is_ok()) {
         text += &format!(
@@ -152,7 +162,7 @@ fn drive(fit: &DriveFit) -> Outcome {
             .map(|(power, (c, e))| format!("    V^{power}: {c:.5} +- {e:.1e}\n"))
             .collect();
         format!(
-            "  {name}, seen from {:.2} to {:.2} V, scatter {:.4}:\n{}",
+            "  {name}, measured from {:.2} to {:.2} V, scatter {:.4}:\n{}",
             branch.seen.0,
             branch.seen.1,
             branch.scatter,
@@ -163,7 +173,7 @@ fn drive(fit: &DriveFit) -> Outcome {
         .open_ends
         .map(|(volts, gap)| format!("{gap:+.4} at {volts:.2} V"));
     let text = format!(
-        "Drive: gc(V) in units of eta, from {} blocks of slow motion\n{}{}  rising less falling branch where both were seen last, in units of eta: {low} and {high} (0 where a loop closes)\n",
+        "Drive: gc(V) in units of eta, from {} blocks of slow motion\n{}{}  gap between the rising and the falling branch at the ends of the measured range, in units of eta: {low} and {high} (0 where the loop closes)\n",
         fit.points.len(),
         describe("rising", &fit.rising),
         describe("falling", &fit.falling),
@@ -191,12 +201,13 @@ fn bounces(found: &Restitution) -> Outcome {
             b.error
         );
     }
+    let count = found.bounces.len();
     text += &format!(
-        "alpha = {:.4} +- {:.4}, scatter {:.4} over {} bounces\nratio ~ speed^-n with n = {:.3} +- {:.3}: p = {:.3} if it is constant\n",
+        "alpha = {:.4} +- {:.4}, scatter {:.4} over {count} bounce{}\nratio ~ speed^-n with n = {:.3} +- {:.3}: p = {:.3} for a constant ratio\n",
         found.mean,
         found.error,
         found.scatter,
-        found.bounces.len(),
+        if count == 1 { "" } else { "s" },
         found.exponent.0,
         found.exponent.1,
         found.constant,
@@ -204,7 +215,7 @@ fn bounces(found: &Restitution) -> Outcome {
     if found.aside.count() > 0 {
         text += &format!("{}\n", found.aside);
     }
-    text.extend(far_off(found.off).map(|sentence| sentence + "\n"));
+    text += &distance_warning(found.off);
     (
         text,
         json!({
@@ -241,7 +252,7 @@ fn pull_off(found: &Adhesion) -> Outcome {
         format_quantity(at, "N", 4),
         format_quantity(half, "N", 2),
     );
-    text.extend(far_off(found.off).map(|sentence| sentence + "\n"));
+    text += &distance_warning(found.off);
     (
         text,
         json!({
@@ -274,6 +285,9 @@ fn damping(found: &Film) -> Outcome {
     );
     for remark in &found.fit.remarks {
         text += &format!("{remark}\n");
+    }
+    if !found.follows_rings() {
+        text += &format!("{FIT_WHOLE_DEVICE}\n");
     }
     let parameters: Vec<Value> = found
         .fit
@@ -308,7 +322,7 @@ fn twice(both: &Sensitivity) -> Outcome {
         let write = |(value, error): (f64, Option<f64>)| {
             let value = format_quantity(value, spec.unit, 4);
             // A parameter that was not free has no error.
-            error.map_or(format!("{value} (kept)"), |error| {
+            error.map_or(format!("{value} (fixed)"), |error| {
                 format!("{value} +- {}", result::error(error, spec.unit))
             })
         };
@@ -322,8 +336,7 @@ fn twice(both: &Sensitivity) -> Outcome {
             }),
         );
     }
-    text +=
-        "The drive's gain is shifted by as much; gp is counted from the zero and moves with it.\n";
+    text += "The drive is shifted accordingly; gp is measured from the zero position and moves with it.\n";
     text.extend(both.verdict().map(|sentence| sentence + "\n"));
     text += &format!(
         "rms {} and {}\n",

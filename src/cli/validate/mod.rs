@@ -4,7 +4,7 @@
 pub(super) mod rank_effects;
 
 use std::collections::BTreeMap;
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -190,18 +190,14 @@ fn fit(model: &Model) -> TableFit {
 /// Long work with its progress on standard error: one line that changes on a terminal, else
 /// one for each of so many `parts`.
 fn progress<T>(what: &str, parts: f64, work: impl FnOnce(&mut dyn FnMut(f64) -> bool) -> T) -> T {
-    let (live, stop) = (std::io::stderr().is_terminal(), interrupt::flag());
+    let stop = interrupt::flag();
     let started = Instant::now();
     let mut said = None;
     let done = work(&mut |share| {
         let left = started.elapsed().as_secs_f64() * (1.0 - share) / share;
         let line = format!("{what}: {:3.0} %, about {left:.0} s left", 100.0 * share);
         let part = (parts * share).floor() as usize;
-        if live {
-            eprint!("\r\x1b[K{line}");
-        } else if said.replace(part) != Some(part) {
-            eprintln!("{line}");
-        }
+        output::progress(&line, said.replace(part) != Some(part));
         !stop.load(Ordering::Relaxed)
     });
     output::end_of_progress();
@@ -254,7 +250,7 @@ fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
     };
     writeln!(out, "mean absolute errors before: {}", line(&fit.before))?;
     writeln!(out, "mean absolute errors after:  {}", line(&fit.after))?;
-    writeln!(out, "At a frequency held out of the fit:")?;
+    writeln!(out, "At each held-out frequency:")?;
     for left in &fit.left_out {
         writeln!(
             out,
@@ -284,7 +280,7 @@ fn fit_summary(out: &mut dyn Write, fit: &TableFit) -> anyhow::Result<()> {
 fn summary(out: &mut dyn Write, rows: &[Row], both: &BothColumns) -> anyhow::Result<()> {
     writeln!(
         out,
-        "Table A.1: now | the paper's simulation | experiment; in brackets the error against the experiment,\n(published - now) / published as in the paper: + where the simulation is too low\n"
+        "Table A.1: this simulation | the paper's simulation | experiment. In brackets: error against the experiment,\n(published - simulated) / published; + means the simulation is too low\n"
     )?;
     writeln!(
         out,

@@ -18,18 +18,17 @@ pub fn summary(out: &mut dyn Write, ranking: &EffectRanking) -> anyhow::Result<(
     }
     writeln!(
         out,
-        "Effects, each fitted together with these parameters (sum of the rows' robust squares, {:.1} without any):",
+        "Effects, each fitted together with these parameters (robust sum of squares over the table, {:.1} without an effect):",
         ranking.cost
     )?;
     for s in &ranking.list {
         let value = format_quantity(s.value, s.unit, 3);
-        let line = |error: f64| format!("{:5.1}", error);
         write!(
             out,
-            "  {:22} {:4} = {value:14} sum {}, peaks {:2.0} %, contacts {:2.0} %",
+            "  {:22} {:4} = {value:14} sum {:5.1}, peaks {:2.0} %, contacts {:2.0} %",
             s.id,
             s.strength,
-            line(s.cost),
+            s.cost,
             100.0 * s.after.peak,
             100.0 * s.after.contact
         )?;
@@ -84,7 +83,7 @@ pub fn summary(out: &mut dyn Write, ranking: &EffectRanking) -> anyhow::Result<(
     }
     writeln!(
         out,
-        "Not tried: further modes and vibrations, because peaks, contacts and bounces do not hold their frequencies; a compliant ground and a compressible film, because they act for microseconds.\n"
+        "Not tried: further modes and vibrations, because peaks, contacts and bounces do not determine their frequencies; a compliant ground and a compressible film, because they act for microseconds.\n"
     )?;
     Ok(())
 }

@@ -50,7 +50,7 @@ pub fn assemble(
     let model = with_contact_laws(&found.state, parts.events, laws);
     let (before, after) = (&proof.before, &proof.after);
     let named = names(found, laws, after, &model)?;
-    let candidates = candidates(found, parts.law_tests, laws, decision.verdict);
+    let candidates = candidates(decision, parts.law_tests);
     let data = &found.baseline.train.problem.data;
     let noise = median_noise(data);
     let next_experiment =

@@ -6,7 +6,8 @@ use super::systematic_error::systematic_error;
 use crate::diagnose::comparison::trial::{ModelState, SelectionResult};
 use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::diagnosis::{Estimate, NamedEffect};
-use crate::diagnose::hypotheses::second_mode::second_mode_remark;
+use crate::diagnose::findings::Evidence;
+use crate::diagnose::hypotheses::second_mode::second_mode_evidence;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::thresholds::{CALIBRATED_PRECISION, PRIOR_LOG_ODDS};
 use crate::fit::problem::prepare::Prepared;
@@ -79,20 +80,20 @@ fn selected_effects(
             .estimated_on_held_out
             .zip(state.held_out.as_ref());
         let mut evidence = vec![match determined_by {
-            Some((k, held)) => format!(
-                "it happens after the fitted recordings: chi2 falls by {:.0} on {}, which determines it, and by {:.0} on the other held-out recordings",
-                n.gain.0, held.problem.data[k].recording.name, n.gain.1
-            ),
-            None => format!(
-                "chi2 falls by {:.0} on the fitted and by {:.0} on held-out recordings",
-                n.gain.0, n.gain.1
-            ),
+            Some((k, held)) => Evidence::AfterFitted {
+                recording: held.problem.data[k].recording.name.clone(),
+                gain: n.gain.0,
+                held_out: n.gain.1,
+            },
+            None => Evidence::Gains {
+                fitted: n.gain.0,
+                held_out: state.held_out.as_ref().map(|_| n.gain.1),
+            },
         }];
         evidence.extend(n.rejected_twin.clone());
-        evidence.extend(second_mode_remark(effect));
+        evidence.extend(second_mode_evidence(effect));
         if n.hypothesis.sequential_time {
-            evidence
-                .push("its time is counted through the recordings in the order given".to_owned());
+            evidence.push(Evidence::SequentialTime);
         }
         out.push((
             n.gain.0,
@@ -130,10 +131,11 @@ fn contact_law(test: &LawTest, after: &SplitSamples, full: &Model) -> NamedEffec
         alike: Vec::new(),
         evidence: vec![
             test.evidence.clone(),
-            format!(
-                "chi2 of the events falls by {:.0} on the fitted and by {:.0} on held-out recordings",
-                test.gain, test.held_gain
-            ),
+            Evidence::EventGains {
+                fitted: test.gain,
+                held_out: test.held_gain,
+                cross_validated: test.evidence.is_cross_validated(),
+            },
         ],
     }
 }

@@ -9,7 +9,7 @@ use crate::model::drive::Waveform;
 use crate::sim::{Options, Trace, simulate};
 
 /// Length of the simulated recordings \[s\].
-const RUN_DURATION: f64 = 0.2;
+const RUN_DURATION: f64 = NextExperiment::DURATION;
 /// Samples per second.
 const RUN_SAMPLING_RATE: f64 = 20e3;
 /// Events of two runs farther apart than this are different ones \[s\].

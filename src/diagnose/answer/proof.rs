@@ -186,11 +186,15 @@ impl Proof {
         }
     }
 
-    /// Distances of the held-out recordings; zero if there are none.
+    /// Distances of the held-out recordings; no numbers if there are none.
     pub fn of_held_out(&self) -> BeforeAfter {
+        let none = Distance {
+            rms: f64::NAN,
+            chi2: f64::NAN,
+        };
         let of = |state: &ModelState, samples: &[Sample]| {
             let fitted = state.held_out.as_ref();
-            fitted.map_or(Distance::default(), |f| residual_map::distance(f, samples))
+            fitted.map_or(none, |f| residual_map::distance(f, samples))
         };
         BeforeAfter {
             before: of(&self.baseline, &self.before.held_out),

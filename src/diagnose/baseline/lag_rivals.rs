@@ -268,7 +268,7 @@ mod tests {
             ("chirp:1Hz:60Hz:7V", 0.1),
             ("square:40Hz:8V", 0.06),
         ];
-        found(test_support::bench_of(
+        found(test_support::workspace_of(
             &with(id, which, value),
             &drives,
             50e3,

@@ -30,7 +30,7 @@ pub fn fails_held_out(hypothesis: &Hypothesis, gain: f64, held_gain: f64) -> boo
 
 /// Gain on the fitted recordings from which a failure on held-out ones speaks for something
 /// missing.
-pub fn unproved_gain(hypothesis: &Hypothesis) -> f64 {
+fn unproved_gain(hypothesis: &Hypothesis) -> f64 {
     UNPROVED_FACTOR * least(hypothesis)
 }
 

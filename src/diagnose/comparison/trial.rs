@@ -3,6 +3,7 @@
 use super::hypothesis::Hypothesis;
 use super::significance;
 use super::significance::is_insignificant;
+use crate::diagnose::findings::Evidence;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::thresholds::{LEAVES_MUCH_RATIO, LEAVES_NOTHING_CHI2, REACHABLE_MIN_CHI2};
 use crate::model::effects::EffectSpec;
@@ -127,8 +128,8 @@ pub struct SelectedEffect {
     pub gain: (f64, f64),
     /// Effects that cannot be distinguished from it.
     pub alike: Vec<&'static str>,
-    /// Why an effect that fits flight as well is not among those, as a sentence.
-    pub rejected_twin: Option<String>,
+    /// Why an effect that fits flight as well is not among those.
+    pub rejected_twin: Option<Evidence>,
 }
 
 /// What the search found.

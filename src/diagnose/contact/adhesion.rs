@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 
 use super::event_readings::Ground;
-use super::law_test::{LawTest, ONLY_WITH_HELD_OUT};
+use super::law_test::LawTest;
 use super::robust_curve::{Curve, Reading, cost, curve, scatter};
+use crate::diagnose::findings::{Evidence, LawProof};
 use crate::diagnose::thresholds::{
     ADHESION_BEND_MIN_GAIN, ADHESION_LEFT_OUT_MIN_GAIN, ADHESION_MAX_TIME, ADHESION_MIN_GAIN,
     CONTACT_TRAIN_GAIN, MIN_EVENTS, PRESSED_MAX_Z, RELEASE_MAX_ERROR_RATIO, RELEASE_MIN_SAMPLES,
@@ -193,6 +194,11 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
     let after = cost(&held, &|t| best_bend.at(t));
     let root = scale.sqrt();
     let Bend { curve, form } = best_bend;
+    let proof = if together {
+        LawProof::WithHeldOut
+    } else {
+        LawProof::Alone
+    };
     let line_share = if form.on_line { 1.0 } else { 0.0 };
     let mut sets = vec![(ParameterId::Ca0, curve.values[0].max(0.0))];
     sets.extend(curve.values.get(3).map(|slope| (ParameterId::Ca, *slope)));
@@ -218,13 +224,13 @@ pub fn test(ground: &Ground) -> Option<LawTest> {
             f64::INFINITY,
         ],
         sets,
-        evidence: format!(
-            "{} releases: the pull-off force saturates over contact times of {:.2} to {:.1} ms{}",
-            times.len(),
-            1e3 * times.iter().fold(f64::INFINITY, |a, p| a.min(p.0)),
-            1e3 * times.iter().fold(0.0f64, |a, p| a.max(p.0)),
-            if together { ONLY_WITH_HELD_OUT } else { "" }
-        ),
+        evidence: Evidence::Releases {
+            count: times.len(),
+            from_s: times.iter().fold(f64::INFINITY, |a, p| a.min(p.0)),
+            to_s: times.iter().fold(0.0f64, |a, p| a.max(p.0)),
+            logarithmic: form.share > 0.0,
+            proof,
+        },
     })
 }
 

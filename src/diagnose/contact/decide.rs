@@ -11,7 +11,8 @@ use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{
-    COMPLIANCE_DESPITE_MODE_GAIN, CONTACT_LAW_STANDS_SHARE, HELD_GAIN, TRAIN_GAIN,
+    COMPLIANCE_DESPITE_MODE_GAIN, CONFIRMING_HELD_GAIN, CONTACT_LAW_STANDS_SHARE, HELD_GAIN,
+    TRAIN_GAIN,
 };
 use crate::model::effects::{ContactLaw, EffectSpec};
 
@@ -33,7 +34,7 @@ impl Rules<'_> {
     /// Whether a law is named by its events alone.
     fn passes(&self, test: &LawTest) -> bool {
         self.by_hand(test.id).unwrap_or_else(|| {
-            let held = test.held_gain > 0.5 * HELD_GAIN;
+            let held = test.held_gain > CONFIRMING_HELD_GAIN;
             let alone = test.gain > TRAIN_GAIN && (!self.held_out || held);
             // Both sides together count if the fitted one does not contradict and the held-out one
             // proves it.
@@ -183,7 +184,7 @@ pub(super) fn tests(ground: &Ground) -> Vec<LawTest> {
     let all: Vec<LawTest> = all.into_iter().flatten().collect();
     for t in &all {
         log::debug!(
-            "{} gains {:.1}, held-out {:.1}: {}",
+            "{} gains {:.1}, held-out {:.1}: {:?}",
             t.id,
             t.gain,
             t.held_gain,
@@ -196,6 +197,7 @@ pub(super) fn tests(ground: &Ground) -> Vec<LawTest> {
 #[cfg(test)]
 mod tests {
     use super::super::decide::*;
+    use crate::diagnose::findings::Evidence;
     use crate::model::effects::{ActiveEffect, find};
 
     /// What the events say of a law with a first parameter of `value`.
@@ -211,7 +213,7 @@ mod tests {
             effect,
             errors: Vec::new(),
             sets: Vec::new(),
-            evidence: String::new(),
+            evidence: Evidence::SequentialTime,
         }
     }
 

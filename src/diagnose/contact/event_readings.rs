@@ -238,7 +238,7 @@ fn near_by(
 mod tests {
     use super::super::event_readings::*;
 
-    use crate::diagnose::test_support::{QUIET, bench_of};
+    use crate::diagnose::test_support::{QUIET, workspace_of};
     use crate::fit::contact_readings::Bounce;
     use crate::fit::segment::event_sequence::GroundEvent;
     use crate::fit::segment::{Joint, JointKind};
@@ -255,7 +255,7 @@ mod tests {
         law.values = vec![POWER, 0.1];
         // Series of bounces, each lower than the last.
         let drives = [("square:40Hz:7V", 0.15)];
-        let workspace = bench_of(&with_effect(&model, law), &drives, 50e3, 20e-9);
+        let workspace = workspace_of(&with_effect(&model, law), &drives, 50e3, 20e-9);
         let base = workspace.baseline(&model, &QUIET).unwrap();
         let (prepared, point) = around_events(&workspace, &workspace.train, &base).unwrap();
         let once = contact_readings::read_contacts_at(&prepared, &point).unwrap();
@@ -273,7 +273,7 @@ mod tests {
     fn overlooked_bounces_are_used_once_they_are_found() {
         let model = Preset::embedded("paper").unwrap().model;
         let drives = [("square:40Hz:7V", 0.15), ("sine:50Hz:8V", 0.12)];
-        let workspace = bench_of(&model, &drives, 50e3, 20e-9);
+        let workspace = workspace_of(&model, &drives, 50e3, 20e-9);
         let base = workspace.baseline(&model, &QUIET).unwrap();
         let (mut prepared, mut point) = around_events(&workspace, &workspace.train, &base).unwrap();
         let (all, _) = read_again(&prepared, point.clone(), &QUIET).unwrap();

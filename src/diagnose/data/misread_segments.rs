@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use super::missed_contacts::{flight_before_contact, may_have_touched};
 use super::robust_loss::{LEAST_SQUARES, ROBUST_LOSS};
 use crate::diagnose::thresholds::{
-    AIRBORNE_MAX_CHI2, AIRBORNE_MIN_COST_DROP, HELD_SUSPECT_EXCESS, MISREAD_MIN_CHI2_RATIO,
+    AIRBORNE_MAX_CHI2, AIRBORNE_MIN_COST_DROP, ALIKE_AIRBORNE_MIN_COST_DROP, HELD_SUSPECT_EXCESS,
+    MISREAD_MIN_RMS_RATIO,
 };
 use crate::fit::problem::Problem;
 use crate::fit::segment::{Joint, Segment, state_units};
@@ -62,7 +63,7 @@ pub fn reassign_misread_segments(
     costs.retain(|cost| cost.is_finite());
     let typical = quantile_in_place(&mut costs, 0.5).max(1.0);
     let off: Vec<usize> = (0..now.len())
-        .filter(|&i| point.used[i] && per_row(i, now[i].1) > MISREAD_MIN_CHI2_RATIO * typical)
+        .filter(|&i| point.used[i] && per_row(i, now[i].1) > MISREAD_MIN_RMS_RATIO * typical)
         .collect();
     let fresh: Vec<(Vec<f64>, f64)> = off
         .par_iter()
@@ -93,17 +94,17 @@ pub fn reassign_misread_segments(
             // A bounce between two samples leaves a few samples far off, which the
             // robust loss tolerates.
             let whole = || per_row(i, fit(i, now[i].0.clone(), LEAST_SQUARES, 0).1);
-            let graze = || whole() > MISREAD_MIN_CHI2_RATIO * usual;
+            let graze = || whole() > MISREAD_MIN_RMS_RATIO * usual;
             // The effect of a jump shows from the jump on, an overlooked contact at
             // the lowest point.
             let touched = || {
                 let start = now[i].0.clone();
                 let flight = || flight_residual(problem, point, (&simulator, &states[i]), i, start);
                 let flown = jumps(i).then(flight)??;
-                let limit = MISREAD_MIN_CHI2_RATIO * MISREAD_MIN_CHI2_RATIO * flown.max(1.0);
-                Some(flown < MISREAD_MIN_CHI2_RATIO && whole() > limit)
+                let limit = MISREAD_MIN_RMS_RATIO * MISREAD_MIN_RMS_RATIO * flown.max(1.0);
+                Some(flown < MISREAD_MIN_RMS_RATIO && whole() > limit)
             };
-            per_row(i, now[i].1) > MISREAD_MIN_CHI2_RATIO * usual
+            per_row(i, now[i].1) > MISREAD_MIN_RMS_RATIO * usual
                 || (may_have_touched(problem, point, &simulator, i) && graze())
                 || touched() == Some(true)
         })
@@ -151,13 +152,13 @@ pub fn initial_guess<'a>(first: &'a Segment, now: &'a Segment) -> &'a [f64] {
 /// ten of the segments or of their rows, whichever is less. Neither the many short segments
 /// between the hops of a landing nor a few long ones must count as typical where they were
 /// misread.
-fn typical_residual(mut of_stretches: Vec<(f64, usize)>) -> f64 {
-    of_stretches.retain(|(cost, _)| cost.is_finite());
-    of_stretches.sort_by(|a, b| a.0.total_cmp(&b.0));
+fn typical_residual(mut of_segments: Vec<(f64, usize)>) -> f64 {
+    of_segments.retain(|(cost, _)| cost.is_finite());
+    of_segments.sort_by(|a, b| a.0.total_cmp(&b.0));
     let nine_in_ten = |share: &dyn Fn(usize) -> usize| {
-        let all: usize = of_stretches.iter().map(|(_, rows)| share(*rows)).sum();
+        let all: usize = of_segments.iter().map(|(_, rows)| share(*rows)).sum();
         let mut passed = 0;
-        let found = of_stretches.iter().find(|(_, rows)| {
+        let found = of_segments.iter().find(|(_, rows)| {
             passed += share(*rows);
             10 * passed >= 9 * all
         });
@@ -240,7 +241,7 @@ fn hovering_segments(
         .filter(|(i, gain, _)| {
             let alike = surely.iter().filter(|&&k| of(k) == of(*i)).count();
             surely.contains(i)
-                || (alike >= MIN_HOVERING_SEGMENTS && *gain > 0.1 * AIRBORNE_MIN_COST_DROP)
+                || (alike >= MIN_HOVERING_SEGMENTS && *gain > ALIKE_AIRBORNE_MIN_COST_DROP)
         })
         .map(|(i, ..)| *i)
         .collect()

@@ -81,7 +81,7 @@ mod tests {
     fn overlooked_contacts_are_set_aside_even_if_most_flights_with_a_jump_have_one() {
         let device = Preset::embedded("paper").unwrap().model;
         let drives = [("ramped:10Hz:8V:0.15", 0.2), ("square:300Hz:8V", 0.05)];
-        let workspace = test_support::bench_of(&device, &drives, 50e3, 20e-9);
+        let workspace = test_support::workspace_of(&device, &drives, 50e3, 20e-9);
         let fitted = workspace.baseline(&device, &QUIET).unwrap();
         let (problem, mut point) = (fitted.problem, fitted.point);
         let flies = |s: &Segment| !s.starts_held;

@@ -8,16 +8,14 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, Matrix2, SymmetricEigen, Vector2};
 use rayon::prelude::*;
 
+use super::excitations::{Kicks, kicks_of, ring_course};
 use super::residual_spectrum;
 use super::residual_spectrum::{MIN_FREQUENCY, SegmentResiduals};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::thresholds::{RING_MIN_CONTRAST, RING_MIN_GAIN};
-use crate::fit::segment::{Joint, JointKind, Segment};
 use crate::model::Model;
-use crate::model::drive::Segment as Piece;
 use crate::model::parameter::ParameterId;
-use crate::recording::events::Impact;
 use crate::sim::SimError;
 
 /// Damping ratios that are tried.
@@ -32,8 +30,10 @@ const TYPICAL_QUANTILE: f64 = 0.8;
 const MAX_TURNS_PER_SAMPLE: f64 = 1.7;
 /// Least share of the proof mass in a shape: an impact on it must have excited the mode.
 const MIN_PROOF_MASS_SHARE: f64 = 0.02;
-/// A ring is neglected after this many of its time constants.
-const DECAYED_TIME_CONSTANTS: f64 = 8.0;
+
+/// Numbers that describe a mode: frequency, damping ratio, shapes at cantilever and proof mass,
+/// and coupling to the drive.
+pub const MODE_NUMBERS: usize = 5;
 
 /// A ring in phase with its excitation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,7 +55,7 @@ impl PhaseLockedRing {
     /// Frequency \[Hz\], damping ratio, shapes at cantilever and proof mass and coupling to
     /// the drive \[kg^-1/2\] of the mode of `model` that rings like this. If impacts do not
     /// determine its shape at the mass, that is `usual`.
-    pub fn mode(&self, model: &Model, usual: f64) -> [f64; 5] {
+    pub fn mode(&self, model: &Model, usual: f64) -> [f64; MODE_NUMBERS] {
         let omega = TAU * self.frequency;
         let mass = 1.0 / model.structure().mobility();
         let [blow, jump] = [self.by_impact, self.by_jump].map(Vector2::from);
@@ -83,18 +83,6 @@ impl PhaseLockedRing {
     }
 }
 
-/// An excitation of a mode and its size.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Kick {
-    /// Time by the reading's clock \[s\].
-    time: f64,
-    size: f64,
-}
-
-/// Excitations in one recording, in order of time: impacts by their change of velocity \[m/s\],
-/// jumps of the drive by that of its gain.
-type Kicks = [Vec<Kick>; 2];
-
 /// Residuals of a fit, and what may have excited rings in them.
 pub struct ImpactExcitations {
     residuals: Vec<SegmentResiduals>,
@@ -109,17 +97,9 @@ impl ImpactExcitations {
     /// # Errors
     /// [`SimError`] if the model makes no sense.
     pub fn new(side: &Split, fitted: &Fitted) -> Result<Self, SimError> {
-        let impacts = side.impacts().into_iter().enumerate();
-        let kicks = impacts.map(|(k, own)| {
-            let kick = |impact: &Impact| Kick {
-                time: impact.time,
-                size: impact.v_after - impact.v_before,
-            };
-            [own.iter().map(kick).collect(), drive_jumps(fitted, k)]
-        });
         let data = &fitted.problem.data;
         Ok(Self {
-            kicks: kicks.collect(),
+            kicks: kicks_of(side, fitted),
             residuals: residual_spectrum::flight_residuals(fitted)?,
             noise: data
                 .first()
@@ -228,72 +208,9 @@ impl ImpactExcitations {
     }
 }
 
-/// Jumps of the drive in recording number `index`, at their fitted times.
-fn drive_jumps(fitted: &Fitted, index: usize) -> Vec<Kick> {
-    let (problem, point) = (&fitted.problem, &fitted.point);
-    let data = &problem.data[index];
-    let Some(piezo) = fitted.model.piezo else {
-        return Vec::new();
-    };
-    let own = || point.segments.iter().filter(|s| s.recording == index);
-    let skew = problem.nuisances_of(&point.x, index).skew;
-    let gain = |piece: &Piece, t: f64| piezo.gain(piece.shape.voltage(t), piece.branch);
-    let edges = data.track.edges.iter().filter(|edge| edge.piece > 0);
-    let mut all: Vec<Kick> = edges
-        .map(|edge| {
-            let pieces = &data.track.pieces;
-            let [before, after] = [&pieces[edge.piece - 1], &pieces[edge.piece]];
-            Kick {
-                time: own()
-                    .find_map(|s| fitted_edge_time(s, edge.time))
-                    .unwrap_or(edge.time - skew),
-                size: gain(after, edge.time) - gain(before, edge.time),
-            }
-        })
-        .collect();
-    all.sort_by(|a, b| a.time.total_cmp(&b.time));
-    all
-}
-
-/// Fitted time of the jump of the drive guessed at `guess` \[s\] in `segment`, by the reading's
-/// clock \[s\]; `None` if it lies elsewhere.
-fn fitted_edge_time(segment: &Segment, guess: f64) -> Option<f64> {
-    let joints: usize = segment.joints.iter().map(Joint::unknowns).sum();
-    let mut k = segment.locals.len() - joints;
-    for joint in &segment.joints {
-        if matches!(joint.what, JointKind::Edge(_)) && joint.time == guess {
-            return Some(joint.time + segment.value(&segment.locals, k));
-        }
-        k += joint.unknowns();
-    }
-    None
-}
-
-/// A ring excited by `kicks` with the complex rate `rate` \[1/s\], at the samples of `own`.
-fn ring_course<'a>(
-    own: &'a SegmentResiduals,
-    kicks: &'a [Kick],
-    rate: Complex<f64>,
-) -> impl Iterator<Item = Complex<f64>> + 'a {
-    let since = move |at: f64, kick: &Kick| (rate * (at - kick.time)).exp() * kick.size;
-    let first = kicks.partition_point(|k| (own.start - k.time) * -rate.re > DECAYED_TIME_CONSTANTS);
-    let mut next = kicks.partition_point(|k| k.time < own.start).max(first);
-    let mut state: Complex<f64> = kicks[first..next].iter().map(|k| since(own.start, k)).sum();
-    let turn = (rate * own.interval).exp();
-    (0..own.channels[0].len()).map(move |i| {
-        let now = state;
-        state *= turn;
-        let then = own.start + (i + 1) as f64 * own.interval;
-        while let Some(kick) = kicks.get(next).filter(|k| k.time < then) {
-            state += since(then, kick);
-            next += 1;
-        }
-        now
-    })
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::excitations::Kick;
     use super::super::impact_ring::*;
     use crate::fit::residual::coloured_noise::Colour;
     use crate::model::preset::Preset;

@@ -34,8 +34,8 @@ const WRAPPED_VALUES: usize = 11;
 const WRAPPER_VALUES: usize = 4;
 
 static SPEC: EffectSpec = EffectSpec {
-    id: "kin",
-    name: "kin of an effect",
+    id: "other_form",
+    name: "other form of an effect",
     sentence: "An effect of the catalogue, in a window of one quantity.",
     law: "F = hat((u - middle) / width) F0",
     needs: Need::Nothing,

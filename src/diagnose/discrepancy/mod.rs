@@ -1,6 +1,7 @@
 //! What a fit leaves: where its residuals are, which force would remove them, whether segments
 //! join, which spectral peaks and rings remain, and whether named laws have the wrong form.
 
+mod excitations;
 pub(super) mod impact_ring;
 pub mod law_form;
 pub mod missing_force;

@@ -253,13 +253,14 @@ mod tests {
         };
         let free = ["dry_friction.fc".to_owned()];
         let drives = [("square:40Hz:8V", 0.06)];
-        test_support::share_beside(concealed, &drives, (dry, &free), friction_at_height_gain)
+        test_support::gain_share(concealed, &drives, (dry, &free), friction_at_height_gain)
     }
 
     #[test]
     fn without_dry_friction_its_probe_has_no_gain() {
         let paper = Preset::embedded("paper").unwrap().model;
-        let workspace = test_support::bench_of(&paper, &[("square:40Hz:8V", 0.06)], 25e3, 20e-9);
+        let workspace =
+            test_support::workspace_of(&paper, &[("square:40Hz:8V", 0.06)], 25e3, 20e-9);
         let base = workspace.baseline(&paper, &QUIET).unwrap();
         assert_eq!(friction_at_height_gain(&base).unwrap(), 0.0);
     }
@@ -339,7 +340,7 @@ mod tests {
         };
         let free = ["k3", "k5"].map(|k| format!("cubic_stiffness.{k}"));
         let drives = [("square:40Hz:8V", 0.06), ("sine:50Hz:8V", 0.06)];
-        test_support::share_beside(
+        test_support::gain_share(
             concealed,
             &drives,
             (stiffness, &free),

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::diagnose::diagnosis::{Distance, Marginal, Mismatch, Regime};
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::diagnose::thresholds::MISMATCH_MIN_Z;
+use crate::diagnose::thresholds::{HOP_MAX_TIME, MISMATCH_MIN_EXCESS, MISMATCH_MIN_Z};
 use crate::fit::problem::{Data, Problem};
 use crate::fit::residual::coloured_noise::Colour;
 use crate::fit::residual::residual_rows::SegmentContext;
@@ -63,13 +63,13 @@ pub fn samples(fitted: &Fitted) -> Result<Vec<Sample>, SimError> {
         if !point.used[i] {
             return Vec::new();
         }
-        let setting: SegmentContext<'_> = problem.setting(segment, &states[i]);
+        let context: SegmentContext<'_> = problem.context(segment, &states[i]);
         let nuisances = problem.nuisances_of(&point.x, segment.recording);
         let mut stretcher = Stretcher::new(&simulator);
         let locals = &segment.locals;
         let Ok(run) = simulate_segment::simulate_segment(
             segment,
-            &setting,
+            &context,
             &mut stretcher,
             &nuisances,
             locals,
@@ -238,7 +238,7 @@ pub fn mismatches(fitted: &Fitted, samples: &[Sample]) -> Vec<Mismatch> {
             }
             let excess = sum - n as f64;
             total += excess.max(0.0);
-            if excess > MISMATCH_MIN_Z * (2.0 * n as f64).sqrt() + 0.1 * n as f64 {
+            if excess > MISMATCH_MIN_Z * (2.0 * n as f64).sqrt() + MISMATCH_MIN_EXCESS * n as f64 {
                 out.push((
                     excess,
                     Mismatch {
@@ -317,9 +317,6 @@ pub fn marginals(before: &[Sample], after: &[Sample]) -> Vec<Marginal> {
     out
 }
 
-/// Contacts shorter than this may be hops \[s\].
-const MIN_STAY_TIME: f64 = 1e-3;
-
 /// How far the worst segment is above the typical one, in units of the scatter expected by chance.
 pub fn largest_segment_excess(fitted: &Fitted) -> f64 {
     let Ok(samples) = samples(fitted) else {
@@ -332,7 +329,7 @@ pub fn largest_segment_excess(fitted: &Fitted) -> f64 {
         // In a short contact the mass may still hop, too low to be resolved.
         let lands = group
             .last()
-            .is_some_and(|s| s.regime == Regime::Contact && s.since < MIN_STAY_TIME);
+            .is_some_and(|s| s.regime == Regime::Contact && s.since < HOP_MAX_TIME);
         if n > 30 && !lands {
             all.push((sum / n as f64, n as f64));
         }
@@ -347,7 +344,7 @@ pub fn largest_segment_excess(fitted: &Fitted) -> f64 {
     let spread = quantile_in_place(&mut deviations, 0.84).max(1.0);
     deviations.sort_unstable_by(|a, b| b.total_cmp(a));
     log::debug!(
-        "stretches farthest off, in units of {spread:.2}: {:.1?}",
+        "segments farthest off, in units of {spread:.2}: {:.1?}",
         deviations
             .iter()
             .take(8)

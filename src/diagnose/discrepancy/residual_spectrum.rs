@@ -113,7 +113,7 @@ pub fn strongest_peak(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError>
     };
     let elsewhere = highest(&|f| !beside(f)).filter(|r| r.significance > PEAK_MIN_SIGNIFICANCE);
     let ring = elsewhere.or_else(|| highest(&|_| true));
-    log::debug!("highest hump: {ring:?}");
+    log::debug!("highest peak: {ring:?}");
     Ok(ring)
 }
 

@@ -4,15 +4,15 @@
 
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::ModelState;
-use crate::diagnose::discrepancy::impact_ring::{ImpactExcitations, PhaseLockedRing};
+use crate::diagnose::discrepancy::impact_ring::{ImpactExcitations, MODE_NUMBERS, PhaseLockedRing};
 use crate::diagnose::discrepancy::residual_spectrum;
 use crate::diagnose::discrepancy::residual_spectrum::MIN_FREQUENCY;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::Bound;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{
-    MODE_ALIAS_DECIDED_GAIN, MODE_ALIAS_MIN_SHARE, MODE_RING_MIN_GAIN, REFIT_MIN_SCORE,
-    SAME_MODE_FREQUENCY_SHARE,
+    FOUND_MODE_MIN_SCORE, MODE_ALIAS_DECIDED_GAIN, MODE_ALIAS_MIN_SHARE, MODE_RING_MIN_GAIN,
+    PEAK_MIN_SIGNIFICANCE, SAME_MODE_FREQUENCY_SHARE,
 };
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, EffectSpec, own_ids};
@@ -35,7 +35,7 @@ pub fn extra_mode_hypothesis(
     let model = &state.train.model;
     let excitations = ImpactExcitations::new(&workspace.train, &state.train)?;
     let peak = residual_spectrum::strongest_peak(&state.train)?
-        .filter(|ring| ring.significance > crate::diagnose::thresholds::PEAK_MIN_SIGNIFICANCE);
+        .filter(|ring| ring.significance > PEAK_MIN_SIGNIFICANCE);
     // A mass-normalised shape is of the order of the structure's own, but an unnoticed mode
     // hardly moves the mass.
     let usual = model.structure().mobility().sqrt();
@@ -94,7 +94,7 @@ pub fn extra_mode_hypothesis(
         cold_start: None,
         shape: own_ids(spec, &[5, 6, 7, 8]),
         bounds,
-        predicted_gain: gain.max(2.0 * REFIT_MIN_SCORE),
+        predicted_gain: gain.max(FOUND_MODE_MIN_SCORE),
         look_elsewhere: false,
         sequential_time: false,
         estimated_on_held_out: None,
@@ -108,7 +108,7 @@ pub fn ring_near(excitations: &ImpactExcitations, frequency: f64) -> Option<Phas
 }
 
 /// Frequency, damping ratio and shapes of a further mode of `model` that rings like `ring`.
-pub fn mode_of_ring(ring: &PhaseLockedRing, model: &Model) -> [f64; 5] {
+pub fn mode_of_ring(ring: &PhaseLockedRing, model: &Model) -> [f64; MODE_NUMBERS] {
     ring.mode(
         model,
         HIDDEN_MODE_SHARE * model.structure().mobility().sqrt(),

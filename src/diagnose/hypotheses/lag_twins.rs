@@ -298,16 +298,16 @@ mod tests {
     }
 
     /// Two recordings of square waves, of a device with what is `concealed`.
-    fn bench_of(concealed: &Model) -> Workspace {
+    fn workspace_with(concealed: &Model) -> Workspace {
         let drives = [("square:40Hz:8V", 0.06), ("square:300Hz:8V", 0.05)];
-        test_support::bench_of(concealed, &drives, 25e3, 50e-9)
+        test_support::workspace_of(concealed, &drives, 25e3, 50e-9)
     }
 
     /// Fall of chi2 around the bounces of a device with the lag `concealed`: below 0 that it is the
     /// reading's, above 0 the drive's.
     fn fall_around_impacts(concealed: &str) -> Option<f64> {
         let with = |id: &str| with(id, 0, 25e-6);
-        let workspace = bench_of(&with(concealed));
+        let workspace = workspace_with(&with(concealed));
         let fit = |id: &str| workspace.baseline(&with(id), &QUIET).unwrap();
         let (sensor, amplifier) = (fit("sensor_lag"), fit("amplifier_lag"));
         let compared =
@@ -326,7 +326,7 @@ mod tests {
     #[test]
     fn bounces_determine_how_the_drive_is_shared() {
         let paper = Preset::embedded("paper").unwrap().model;
-        let workspace = bench_of(&paper);
+        let workspace = workspace_with(&paper);
         let fit = workspace.baseline(&paper, &QUIET).unwrap();
         let place =
             |all: &[ImpactSegments]| all[0].0.problem.space.position(DRIVE_SHARE_ID).unwrap();
@@ -341,7 +341,7 @@ mod tests {
     #[test]
     fn a_delay_is_found_from_a_distant_start() {
         let delayed = |by: f64| with("sensor_lag", 1, by);
-        let workspace = bench_of(&delayed(100e-6));
+        let workspace = workspace_with(&delayed(100e-6));
         // The clocks have taken all of it.
         let known = workspace.baseline(&Preset::embedded("paper").unwrap().model, &QUIET);
         let known = known.unwrap();

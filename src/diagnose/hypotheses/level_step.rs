@@ -36,7 +36,7 @@ pub struct LevelStep {
     /// determined.
     pub since: f64,
     /// Whether it happens once in the sequence of recordings.
-    pub series: bool,
+    pub sequential_time: bool,
     /// Fall of chi2.
     pub gain: f64,
 }
@@ -83,11 +83,11 @@ pub fn find_level_steps(
             let [before, now] = [held[i - 1], at].map(|p| &segments[p.segment]);
             before.recording == now.recording && before.since.is_some() && before.since == now.since
         };
-        for (series, lies) in ways.into_iter().filter(|(_, lies)| !(*lies && goes_on)) {
+        for (sequential_time, lies) in ways.into_iter().filter(|(_, lies)| !(*lies && goes_on)) {
             let t0 = begin(at, lies);
             let later = |p: &SegmentGram| {
                 let r = segments[p.segment].recording;
-                match series {
+                match sequential_time {
                     true => r > k || (r == k && begin(p, lies) >= t0),
                     false => begin(p, lies) >= t0,
                 }
@@ -100,9 +100,15 @@ pub fn find_level_steps(
             let Some(p) = gain_of(&later) else {
                 continue;
             };
-            let best = &mut best[usize::from(series)];
+            let best = &mut best[usize::from(sequential_time)];
             if best.is_none_or(|b| p.gain > b.gain) {
-                let epoch = |k: usize| epochs.get(k).copied().filter(|_| series).unwrap_or(0.0);
+                let epoch = |k: usize| {
+                    epochs
+                        .get(k)
+                        .copied()
+                        .filter(|_| sequential_time)
+                        .unwrap_or(0.0)
+                };
                 let in_series =
                     |p: &SegmentGram| epoch(segments[p.segment].recording) + begin(p, lies);
                 *best = Some(LevelStep {
@@ -111,7 +117,7 @@ pub fn find_level_steps(
                     since: before()
                         .map(|p| in_series(p))
                         .fold(f64::NEG_INFINITY, f64::max),
-                    series,
+                    sequential_time,
                     gain: p.gain,
                 });
             }
@@ -184,14 +190,15 @@ pub fn first_level_gain(
 #[cfg(test)]
 mod tests {
     use super::super::level_step::*;
-    use crate::diagnose::test_support::{QUIET, bench_of, stepping};
+    use crate::diagnose::test_support::{QUIET, stepping, workspace_of};
 
     #[test]
     fn a_step_under_a_resting_mass_shows_at_the_next_contact() {
         const STEP_HEIGHT: f64 = -1e-6;
-        let bench_on = |ground: &Model| bench_of(ground, &[("square:40Hz:8V", 0.1)], 50e3, 20e-9);
+        let workspace_on =
+            |ground: &Model| workspace_of(ground, &[("square:40Hz:8V", 0.1)], 50e3, 20e-9);
         // The motion repeats in each period; a ground without a step shows its timing.
-        let plain = bench_on(&stepping(0.0, 0.0));
+        let plain = workspace_on(&stepping(0.0, 0.0));
         let mut landed: Vec<f64> = plain
             .train
             .segments()
@@ -201,7 +208,7 @@ mod tests {
         landed.dedup();
         let third = landed.iter().position(|t| *t > 0.05).unwrap();
         let (lies, flies) = (landed[third - 1] + 2e-3, landed[third] - 1e-3);
-        let workspace = bench_on(&stepping(STEP_HEIGHT, flies));
+        let workspace = workspace_on(&stepping(STEP_HEIGHT, flies));
         let fit = |model: &Model| workspace.fit_cold_start(model, &[], &[], &QUIET).unwrap();
         // Under a resting mass, which keeps its level until it has lifted off, the step shows late.
         for time in [flies, lies] {

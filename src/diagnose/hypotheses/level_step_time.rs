@@ -153,19 +153,19 @@ fn cost_in_window(side: &Fitted, model: &Model, (from, to): (f64, f64)) -> Resul
 #[cfg(test)]
 mod tests {
     use super::super::level_step_time::*;
-    use crate::diagnose::test_support::{QUIET, bench_of, stepping};
+    use crate::diagnose::test_support::{QUIET, stepping, workspace_of};
     use crate::model::effects::find;
 
     #[test]
     fn the_time_of_a_step_under_a_resting_mass_is_found_to_a_sample() {
         const STEP_RISE: f64 = 0.4e-6;
         // No more than the noise of a few samples: what moves by more seems to fly.
-        let bench_on = |time: f64| {
+        let workspace_on = |time: f64| {
             let drives = [("square:15Hz:8V", 0.1), ("ramped:10Hz:8V:0.15", 0.1)];
-            bench_of(&stepping(STEP_RISE, time), &drives, 50e3, 100e-9)
+            workspace_of(&stepping(STEP_RISE, time), &drives, 50e3, 100e-9)
         };
         let lies = 20e-3;
-        let workspace = bench_on(lies);
+        let workspace = workspace_on(lies);
         let spec = find("gap_step").unwrap();
         for off in [-3e-3, 1.5e-3, 3.5e-3] {
             let fit = workspace.fit_cold_start(&stepping(STEP_RISE, lies + off), &[], &[], &QUIET);

@@ -185,7 +185,7 @@ fn level_step(spec: &'static EffectSpec, step: &LevelStep, held_out: &[f64]) -> 
     };
     // Only for a step at the same time in each recording: in a sequence, held-out recordings
     // come later.
-    let open = |t: &&f64| !step.series && **t > step.since && **t < step.time;
+    let open = |t: &&f64| !step.sequential_time && **t > step.since && **t < step.time;
     let alternatives = held_out.iter().filter(open);
     Hypothesis {
         start: at(step.time),
@@ -196,7 +196,7 @@ fn level_step(spec: &'static EffectSpec, step: &LevelStep, held_out: &[f64]) -> 
         bounds: Vec::new(),
         predicted_gain: step.gain,
         look_elsewhere: true,
-        sequential_time: step.series,
+        sequential_time: step.sequential_time,
         estimated_on_held_out: None,
     }
 }

@@ -4,16 +4,16 @@
 use super::extra_mode::{mode_bounds, mode_of_ring, ring_near};
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::data::side::Split;
-use crate::diagnose::discrepancy::impact_ring::{ImpactExcitations, PhaseLockedRing};
+use crate::diagnose::discrepancy::impact_ring::{ImpactExcitations, MODE_NUMBERS, PhaseLockedRing};
 use crate::diagnose::discrepancy::residual_spectrum;
 use crate::diagnose::discrepancy::residual_spectrum::SpectralPeak;
+use crate::diagnose::findings::Evidence;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::thresholds::{
     KNOWN_MODE_FREQUENCY_RATIO, MODE_ALIAS_DECIDED_GAIN, MODE_ALIAS_MIN_SHARE,
-    SAME_MODE_FREQUENCY_SHARE, SELF_RINGING_MIN_SIGNIFICANCE,
+    SAME_MODE_FREQUENCY_SHARE, SECOND_MODE_PEAK_MIN_SIGNIFICANCE,
 };
 use crate::model::effects::ActiveEffect;
-use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
 use crate::sim::error::SimError;
 
 /// Most frequencies that are tried for a second mode: each needs a fit.
@@ -36,11 +36,15 @@ pub fn with_second_mode(
     known: Hypothesis,
     fitted: &Fitted,
 ) -> Result<Option<Hypothesis>, SimError> {
+    let spec = known.start.spec;
+    let Some(layout) = spec.facts.modes else {
+        return Ok(None);
+    };
     let excitations = ImpactExcitations::new(side, fitted)?;
     let mode = |ring: PhaseLockedRing| (ring.gain, mode_of_ring(&ring, &fitted.model));
     let peak = residual_spectrum::strongest_peak(fitted)?
-        .filter(|r| r.significance > SELF_RINGING_MIN_SIGNIFICANCE);
-    let (_, quickest) = EFFECT.parameters[OF_ONE].range;
+        .filter(|r| r.significance > SECOND_MODE_PEAK_MIN_SIGNIFICANCE);
+    let (_, quickest) = spec.parameters[layout.per_mode + layout.frequency].range;
     let signs = SecondModeSigns {
         rate: residual_spectrum::slowest_rate(fitted).unwrap_or(f64::INFINITY),
         peak,
@@ -50,22 +54,21 @@ pub fn with_second_mode(
     Ok(add_second_mode(known, &signs))
 }
 
-/// A remark on one more mode, if there is one.
-pub fn second_mode_remark(effect: &ActiveEffect) -> Option<String> {
-    let f = second_mode_frequency(effect)?;
-    Some(format!(
-        "one more mode goes with it, at {:.1} kHz; its coupling to the drive is hardly distinguishable from its shapes, and is fixed at its first value",
-        1e-3 * f
-    ))
+/// A second mode as evidence, if there is one.
+pub fn second_mode_evidence(effect: &ActiveEffect) -> Option<Evidence> {
+    let frequency = second_mode_frequency(effect)?;
+    Some(Evidence::SecondMode { frequency })
 }
 
 /// Frequency of one more mode \[Hz\].
 pub(crate) fn second_mode_frequency(effect: &ActiveEffect) -> Option<f64> {
-    (*effect.spec == EFFECT && effect.bears(OF_ONE)).then(|| effect.values[OF_ONE])
+    let layout = effect.spec.facts.modes?;
+    let second = layout.per_mode + layout.frequency;
+    effect.bears(second).then(|| effect.values[second])
 }
 
 /// Gain of a ring in phase with its excitation, and the parameters of its mode.
-pub(crate) type RingMode = (f64, [f64; OF_ONE]);
+pub(crate) type RingMode = (f64, [f64; MODE_NUMBERS]);
 
 /// Signs of one more mode.
 pub(crate) struct SecondModeSigns<'a> {
@@ -84,9 +87,14 @@ pub(crate) fn add_second_mode(
     signs: &SecondModeSigns<'_>,
 ) -> Option<Hypothesis> {
     let spec = known.start.spec;
-    let (f, (_, quickest)) = (known.start.values[0], spec.parameters[OF_ONE].range);
+    let layout = spec.facts.modes?;
+    // A mode begins with its frequency and damping ratio.
+    let second = layout.per_mode + layout.frequency;
+    let own = &known.start.values;
+    let (f, (_, quickest)) = (own[layout.frequency], spec.parameters[second].range);
     // From the proof mass alone the cantilever's shape is unknown.
-    let size = known.start.values[2].abs().max(known.start.values[3].abs());
+    let shapes = &own[layout.first_shape..layout.first_shape + 2];
+    let size = shapes.iter().fold(0.0f64, |size, s| size.max(s.abs()));
     let read = |peak: &SpectralPeak| {
         let (p, c) = peak.shape;
         let all = std::iter::once(peak.frequency).chain(peak.aliases());
@@ -123,9 +131,9 @@ pub(crate) fn add_second_mode(
     places.dedup_by(|a, b| (a.1[0] / b.1[0]).ln().abs() < SAME_MODE_FREQUENCY_SHARE);
     let at = |(_, own): RingMode| {
         let mut start = known.start.clone();
-        start.values[OF_ONE..].copy_from_slice(&own);
+        start.values[layout.per_mode..].copy_from_slice(&own);
         let mut bounds = known.bounds.clone();
-        bounds.extend(mode_bounds(spec, [5, 6], own[0], signs.rate));
+        bounds.extend(mode_bounds(spec, [second, second + 1], own[0], signs.rate));
         (start, bounds)
     };
     let mut all = places.into_iter().take(MAX_SECOND_MODE_STARTS).map(at);
@@ -143,6 +151,7 @@ mod tests {
     use super::super::second_mode::*;
     use crate::diagnose::discrepancy::residual_spectrum::SpectralPeak;
     use crate::diagnose::hypotheses::extra_mode::mode_bounds;
+    use crate::model::effects::extra_mode::{EFFECT, OF_ONE};
     use crate::model::effects::find;
 
     const SAMPLING_RATE: f64 = 50e3;
@@ -281,10 +290,14 @@ mod tests {
     #[test]
     fn a_second_mode_is_reported_only_if_present() {
         let one = known(19.2e3).start;
-        assert_eq!(second_mode_remark(&one), None);
+        assert_eq!(second_mode_evidence(&one), None);
         let two = read(19.2e3, 10.8e3).unwrap().start;
-        assert!(second_mode_remark(&two).unwrap().contains("39.2 kHz"));
+        let frequency = 39.2e3;
+        assert_eq!(
+            second_mode_evidence(&two),
+            Some(Evidence::SecondMode { frequency })
+        );
         let other = ActiveEffect::new(find("hysteresis_memory").unwrap());
-        assert!(second_mode_remark(&other).is_none());
+        assert!(second_mode_evidence(&other).is_none());
     }
 }

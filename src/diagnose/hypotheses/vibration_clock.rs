@@ -71,18 +71,18 @@ impl VibrationClock {
         {
             return Ok(None);
         }
-        let kept_out = match held_out {
+        let held_out_side = match held_out {
             Some(held) => {
                 let linear = Linearized::new(held)?;
                 let locked = held.problem.space.len();
                 match recording_vibrations(&linear, held, (spec, frequency), locked)? {
-                    Some(kept_out) => Some(kept_out),
+                    Some(held_out_side) => Some(held_out_side),
                     None => return Ok(None),
                 }
             }
             None => None,
         };
-        let all = std::iter::once(&own).chain(&kept_out);
+        let all = std::iter::once(&own).chain(&held_out_side);
         let sizes = all.flat_map(|side| side.parts.iter().map(|p| p.norm()).zip(&side.errors));
         let sizes: Vec<(f64, f64)> = sizes.map(|(size, error)| (size, *error)).collect();
         log::debug!("amplitudes {sizes:.3?}");
@@ -97,7 +97,7 @@ impl VibrationClock {
         };
         let of = |side: &RecordingVibrations| side.parts.iter().map(late).collect();
         Ok(Some(Self {
-            offsets: (of(&own), kept_out.as_ref().map_or_else(Vec::new, of)),
+            offsets: (of(&own), held_out_side.as_ref().map_or_else(Vec::new, of)),
         }))
     }
 

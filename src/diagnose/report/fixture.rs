@@ -1,7 +1,7 @@
 //! Diagnoses made by hand, as an engine would give them.
 
 use crate::diagnose::diagnosis::*;
-use crate::diagnose::findings::Remark;
+use crate::diagnose::findings::{CandidateRemark, Evidence, Remark};
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, find};
 
@@ -46,11 +46,10 @@ pub fn drag() -> Diagnosis {
                 unit: "N s^2/m^2",
             }],
             alike: vec!["film_spring".into()],
-            evidence: vec![
-                "Chi2 on the recordings kept out falls by 41250, from 210 to 1.02 a value.".into(),
-                "The missing force grows with the square of the speed and changes sign with it."
-                    .into(),
-            ],
+            evidence: vec![Evidence::Gains {
+                fitted: 82875.0,
+                held_out: Some(41250.0),
+            }],
         }],
         candidates: candidates(),
         mismatch: mismatch(),
@@ -104,7 +103,8 @@ pub fn adequate() -> Diagnosis {
         events: EventsSeen::default(),
         train: both(1.0, 1.0),
         held_out: both(1.01, f64::NAN),
-        proof: plain.proof.into_iter().take(2).collect(),
+        // One fitted, one held out.
+        proof: plain.proof.into_iter().skip(4).take(2).collect(),
         next_experiment: None,
         remarks: Vec::new(),
         model: Model::default(),
@@ -170,10 +170,10 @@ fn candidates() -> Vec<Candidate> {
             gain: if fitted { 1.02 * score } else { f64::NAN },
             held_out_gain: if fitted { 0.5 * score } else { f64::NAN },
             held_out_chi2,
-            remarks: vec![if fitted {
-                "Its force would have to act near the ground, where little is missing.".into()
-            } else {
-                "Explains too little to be worth a fit.".into()
+            remarks: vec![match (id, fitted) {
+                ("quadratic_drag", _) => CandidateRemark::Named,
+                (_, true) => CandidateRemark::Outweighed,
+                (_, false) => CandidateRemark::NotFitted,
             }],
         }
     })

@@ -2,7 +2,7 @@
 //! ([`text()`]), a value for programs ([`json()`]) and a page with figures ([`html()`]).
 //!
 //! All three say what [`Diagnosis`](super::diagnosis::Diagnosis) holds and decide nothing themselves.
-//! All sentences on findings and remarks are made in [`sentences`].
+//! All sentences on findings, remarks and evidence are made in [`sentences`].
 
 #[cfg(test)]
 pub(crate) mod fixture;

@@ -64,6 +64,9 @@ pub fn sentences(diagnosis: &Diagnosis) -> Vec<String> {
         ("the fitted recordings", &diagnosis.train),
     ];
     let mut out = Vec::new();
+    let sets = sets
+        .into_iter()
+        .skip(usize::from(!diagnosis.has_held_out()));
     for (name, both) in sets {
         let Distance { chi2, .. } = both.after;
         if !chi2.is_finite() {

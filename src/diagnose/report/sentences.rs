@@ -1,10 +1,12 @@
-//! Findings and remarks as sentences for people.
+//! Findings, remarks and evidence as sentences for people.
 //!
 //! The sentences begin with a small letter and have no full stop, so that they may stand in a list
 //! or be joined; [`capitalised`](super::words::capitalised) does the rest.
 
-use super::words::listed;
-use crate::diagnose::findings::{Finding, FindingKind, Remark};
+use super::words::{gain, listed};
+use crate::diagnose::findings::{
+    CandidateRemark, Evidence, Finding, FindingKind, LawProof, Remark,
+};
 
 /// A finding as a sentence.
 pub fn finding(finding: &Finding) -> String {
@@ -14,6 +16,7 @@ pub fn finding(finding: &Finding) -> String {
             format!("the mean square of the residuals is still {value:.2} times that of the noise")
         }
         FindingKind::MissingForce { over } => {
+            let over = quantity(over);
             format!("a force that depends on {over} would lower chi2 by another {value:.0}")
         }
         FindingKind::LocalSegment => format!(
@@ -37,43 +40,60 @@ pub fn finding(finding: &Finding) -> String {
         FindingKind::FrictionByHeight => {
             "the friction is stronger at some heights than at others, and dry friction is not: a friction that depends on the load is not in the catalogue".to_owned()
         }
-        FindingKind::OneForceInTheirPlace { effects } => format!(
-            "{} would imitate a force over the displacement and still leave part of it: that is rather one law which is not in the catalogue",
-            listed(effects)
-        ),
+        FindingKind::OneForceInTheirPlace { effects } => {
+            let imitate = match effects[..] {
+                [_] => "imitates a force over the displacement and leaves",
+                _ => "together imitate one force over the displacement and leave",
+            };
+            format!(
+                "{} {imitate} part of it: probably a law that is not in the catalogue",
+                listed(effects)
+            )
+        }
         FindingKind::TooSmallShare {
             effects,
             of_segments,
         } => {
-            let broken = if value < *of_segments {
-                ", and the motion would continue no better from one segment to the next"
+            let percent = 100.0 * of_segments;
+            let what = if value < *of_segments {
+                format!(
+                    "{percent:.0} % of what is missing within the segments, but only {:.0} % of what is missing at the joins between them",
+                    100.0 * value
+                )
             } else {
-                ""
+                format!("{percent:.0} % of what is missing")
             };
-            format!(
-                "{} would explain {:.0} % of what is missing{broken}: too little for a name",
-                listed(effects),
-                100.0 * of_segments
-            )
+            format!("{} would explain {what}: too little for a name", listed(effects))
         }
+    }
+}
+
+/// What a force depends on, by the symbol of the quantity.
+fn quantity(symbol: &str) -> &'static str {
+    match symbol {
+        "xp'" => "the velocity xp'",
+        "xp" => "the displacement xp",
+        "V" => "the voltage V",
+        _ => "displacement, velocity or voltage",
     }
 }
 
 /// A remark as a sentence.
 pub fn remark(remark: &Remark) -> String {
     match remark {
-        Remark::LastThirdHeldOut => "no recordings were held out, so the last third of each recording was. Recordings with other excitations would be a harder test".to_owned(),
+        Remark::LastThirdHeldOut => "no recordings were held out, so the last third of each was used instead; recordings with other excitations are a stricter test".to_owned(),
         Remark::NoContact { reason } => format!(
             "no contact was found ({reason}): impact, adhesion and film cannot be determined"
         ),
         Remark::DifferentDevices { error } => format!("{error}; therefore nothing is named"),
         Remark::FewSamples(samples) => format!(
-            "{samples} samples are few: slow or rare effects cannot be seen in them"
+            "only {samples} samples: slow or rare effects cannot be seen in them"
         ),
         Remark::ProofMassOnly => "only the proof mass was recorded: what moves the cantilever alone cannot be distinguished from the drive".to_owned(),
         Remark::SingleExcitation => "a single excitation cannot distinguish many effects: record two or three more waveforms".to_owned(),
+        Remark::HeldOutReadOtherPoints(1) => "1 held-out recording was not used: its channels differ from those of the fitted ones".to_owned(),
         Remark::HeldOutReadOtherPoints(count) => format!(
-            "held-out recordings that were not used because they read other points than the fitted ones: {count}"
+            "{count} held-out recordings were not used: their channels differ from those of the fitted ones"
         ),
         Remark::ClippedSamples {
             recording,
@@ -100,3 +120,180 @@ pub fn remark(remark: &Remark) -> String {
 pub fn remarks(all: &[Remark]) -> Vec<String> {
     all.iter().map(remark).collect()
 }
+
+/// Evidence for an effect as a sentence.
+pub fn evidence(evidence: &Evidence) -> String {
+    match evidence {
+        Evidence::Releases {
+            from_s,
+            to_s,
+            logarithmic,
+            proof,
+            ..
+        } => {
+            let bends = if *logarithmic {
+                "grows as the logarithm of contact time"
+            } else {
+                "levels off"
+            };
+            format!(
+                "{}: the pull-off force {bends} between {:.2} and {:.1} ms of contact{}",
+                events(evidence),
+                1e3 * from_s,
+                1e3 * to_s,
+                proved(*proof)
+            )
+        }
+        Evidence::Dwell {
+            seconds,
+            error,
+            proof,
+            ..
+        } => format!(
+            "{}: the mass stays below the ground's level for {:.2} +- {:.2} us{}",
+            events(evidence),
+            1e6 * seconds,
+            1e6 * error,
+            proved(*proof)
+        ),
+        Evidence::Restitution {
+            power,
+            error,
+            proof,
+            ..
+        } => format!(
+            "{}: restitution varies as the speed to the power {power:.3} +- {error:.3}{}",
+            events(evidence),
+            proved(*proof)
+        ),
+        Evidence::RejectedTwin { twin, chosen, fall } => format!(
+            "{twin} would fit as well in flight, but not where the mass bounces: chi2 there is {fall:.0} lower with {chosen}"
+        ),
+        Evidence::SecondMode { frequency } => format!(
+            "together with it a second mode at {:.1} kHz; its coupling to the drive is hardly distinguishable from its shape and was held fixed",
+            1e-3 * frequency
+        ),
+        Evidence::Gains { fitted, held_out } => match held_out {
+            Some(held_out) => format!(
+                "chi2 falls by {fitted:.0} on the fitted and by {held_out:.0} on held-out recordings"
+            ),
+            None => format!("chi2 falls by {fitted:.0} on the fitted recordings"),
+        },
+        Evidence::AfterFitted {
+            recording,
+            gain,
+            held_out,
+        } => format!(
+            "the effect begins after the fitted recordings: {recording} determines it (chi2 falls by {gain:.0}), the other held-out recordings confirm it (chi2 falls by {held_out:.0})"
+        ),
+        Evidence::EventGains {
+            fitted,
+            held_out,
+            cross_validated,
+        } => {
+            let on = if *cross_validated {
+                "each recording left out in turn"
+            } else {
+                "held-out recordings"
+            };
+            format!(
+                "chi2 of the events falls by {fitted:.0} on the fitted and by {held_out:.0} on {on}"
+            )
+        }
+        Evidence::SequentialTime => {
+            "its time is counted from the start of the first recording".to_owned()
+        }
+    }
+}
+
+/// How many events speak of a contact law.
+fn events(law: &Evidence) -> String {
+    match law {
+        Evidence::Releases { count, .. } => format!("{count} releases"),
+        Evidence::Dwell { count, .. } | Evidence::Restitution { count, .. } => {
+            format!("{count} bounces")
+        }
+        _ => "the events".to_owned(),
+    }
+}
+
+/// Which recordings prove a contact law, to be added to its evidence.
+fn proved(proof: LawProof) -> &'static str {
+    match proof {
+        LawProof::Alone => "",
+        LawProof::WithHeldOut => ", but only together with the held-out recordings",
+        LawProof::CrossValidated => ", confirmed by leaving out each recording in turn",
+        LawProof::NotCrossValidated => {
+            ", tested by leaving out each recording in turn, without success"
+        }
+    }
+}
+
+/// What speaks for or against an effect as a sentence.
+pub fn candidate(remark: &CandidateRemark) -> String {
+    let text = match remark {
+        CandidateRemark::LawFallsShort { law, fall, needed } => {
+            return format!(
+                "{}: chi2 {} with this law, {needed:.0} needed",
+                events(law),
+                falls(*fall)
+            );
+        }
+        CandidateRemark::LawFailsProof { law, fall } => {
+            let by = if law.is_cross_validated() {
+                "leaving out each recording in turn does not confirm it"
+            } else {
+                "held-out recordings do not confirm it"
+            };
+            return format!(
+                "{}: chi2 {} with this law, but {by}",
+                events(law),
+                falls(*fall)
+            );
+        }
+        CandidateRemark::LawNotNamed { law, fall } => {
+            return format!(
+                "{}: chi2 {} with this law, but other conditions for a name are not met",
+                events(law),
+                falls(*fall)
+            );
+        }
+        CandidateRemark::SelfRings(frequency) => {
+            return format!(
+                "something rings by itself at {:.2} kHz, and nothing that moves the device excites it",
+                1e-3 * frequency
+            );
+        }
+        CandidateRemark::Named => "it was named: see the evidence above",
+        CandidateRemark::Refused => {
+            "it fits best, but its name was refused: see what limits this answer"
+        }
+        CandidateRemark::Insignificant => "it improves the fit no more than chance would",
+        CandidateRemark::FailsHeldOut => "its improvement does not hold on held-out recordings",
+        CandidateRemark::Outweighed => {
+            "another effect improves the fit more, and nothing remains for this one"
+        }
+        CandidateRemark::NotFitted => {
+            "its predicted gain is far below that of the best effect, so it was not fitted"
+        }
+        CandidateRemark::AbsorbedByRetuning => {
+            "re-tuning the device's own parameters explains everything that this effect could"
+        }
+        CandidateRemark::NothingToActOn => "this device has nothing that it could act on",
+        CandidateRemark::NotTested => "these recordings do not test it",
+    };
+    text.to_owned()
+}
+
+/// How chi2 changes, as a verb.
+fn falls(fall: f64) -> String {
+    if fall < 0.5 {
+        "does not fall".to_owned()
+    } else {
+        format!("falls by {}", gain(fall))
+    }
+}
+
+#[cfg(test)]
+#[path = "sentences_tests.rs"]
+mod tests;

@@ -116,10 +116,10 @@ fn the_summary_says_it_in_its_first_line() {
     for part in [
         "probability 99.9 %, largest force 9.14 nN",
         "(1.023 \u{b1} 0.011)e-7 N s^2/m^2",
-        "cannot distinguish it from film_spring",
+        "cannot distinguish it from compressible film",
         "21.9 x noise",
         "Nothing above the noise",
-        "drive square:220Hz:8V",
+        "drive square:220Hz:8V: 0.2 s of it would distinguish quadratic drag",
     ] {
         assert!(summary.contains(part), "{part} in\n{summary}");
     }

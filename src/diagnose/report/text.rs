@@ -2,7 +2,7 @@
 
 use super::words::{
     alike, capitalised, chi2, gain, in_noise, metres, probability, share, size, time_span,
-    verdict_sentence, with_error,
+    verdict_sentence, with_error, would_distinguish,
 };
 use super::{rest, sentences};
 use crate::diagnose::diagnosis::{BeforeAfter, Diagnosis, Verdict};
@@ -35,10 +35,10 @@ pub fn text(diagnosis: &Diagnosis) -> String {
     }
     if let Some(next) = &diagnosis.next_experiment {
         out.head("Next experiment");
-        let (a, b) = &next.separates;
         out.item(&format!(
-            "drive {}: 0.2 s of it would distinguish {a} from {b} (their chi2 would differ by about {})",
+            "drive {}: {} (their chi2 would differ by about {})",
             next.drive,
+            would_distinguish(next),
             gain(next.expected)
         ));
     }
@@ -60,8 +60,9 @@ fn what(out: &mut Lines, diagnosis: &Diagnosis) {
             .map(|p| vec![p.id.clone(), with_error(p)])
             .collect();
         out.table(&rows, &[]);
-        for sentence in effect.evidence.iter().chain(alike(&effect.alike).as_ref()) {
-            out.item(sentence);
+        let evidence = effect.evidence.iter().map(sentences::evidence);
+        for sentence in evidence.chain(alike(&effect.alike)) {
+            out.item(&sentence);
         }
     }
     if diagnosis.verdict == Verdict::Unexplained && !diagnosis.candidates.is_empty() {
@@ -140,6 +141,9 @@ fn proof(out: &mut Lines, diagnosis: &Diagnosis) {
             .iter()
             .filter(|p| p.held_out == held_out)
             .collect();
+        if each.is_empty() {
+            continue;
+        }
         rows.push(row(title, diagnosis.noise, all));
         if each.len() > 1 {
             rows.extend(

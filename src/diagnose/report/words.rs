@@ -1,7 +1,24 @@
 //! Sentences and numbers that the summary and the page share.
 
-use crate::diagnose::diagnosis::{Candidate, Diagnosis, Estimate, Mismatch, Verdict};
+use crate::diagnose::diagnosis::{
+    Candidate, Diagnosis, Estimate, Mismatch, NextExperiment, Regime, Verdict,
+};
+use crate::model::effects::find;
 use crate::model::unit::{format_number, format_quantity, prefix_for};
+
+impl Regime {
+    /// For people.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::FarFlight => "far flight",
+            Self::NearGroundApproach => "near the ground, coming down",
+            Self::NearGroundDeparture => "near the ground, going up",
+            Self::Impact => "impact",
+            Self::Contact => "contact",
+            Self::Release => "release",
+        }
+    }
+}
 
 /// The verdict in one sentence.
 pub fn verdict_sentence(diagnosis: &Diagnosis) -> String {
@@ -26,17 +43,25 @@ pub fn verdict_sentence(diagnosis: &Diagnosis) -> String {
     }
 }
 
+/// Said of an answer without held-out recordings.
+const NOT_PROVED: &str = "no recordings were held out, so this is not proved";
+
 /// The answer with its proof in one or two sentences: what was left out, how probable that
 /// is, and how far the error falls on held-out recordings.
 pub fn headline(d: &Diagnosis) -> String {
-    let before = d.held_out.before.rms;
     let noise = metres(d.noise);
     match d.verdict {
-        Verdict::Adequate => format!(
-            "Nothing is missing: the re-tuned model explains the recordings down to \
-             their noise (error on held-out recordings {}, noise {noise}).",
-            metres(before)
-        ),
+        Verdict::Adequate => {
+            let proof = if d.has_held_out() {
+                let error = metres(d.held_out.before.rms);
+                format!("(error on held-out recordings {error}, noise {noise})")
+            } else {
+                format!("(noise {noise}); {NOT_PROVED}")
+            };
+            format!(
+                "Nothing is missing: the re-tuned model explains the recordings down to their noise {proof}."
+            )
+        }
         Verdict::MissingPhysics => {
             let names: Vec<String> = d
                 .named
@@ -46,21 +71,29 @@ pub fn headline(d: &Diagnosis) -> String {
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
             format!("Left out: {}. {}", listed(&names), change(d))
         }
-        Verdict::Unexplained => format!(
-            "Something is missing that no effect of the catalogue explains{}. On held-out \
-             recordings the error is {} (noise {noise}).",
-            d.mismatch.first().map_or_else(String::new, |m| format!(
-                "; it shows most in {}, {}",
-                m.channel,
-                m.regime.text()
-            )),
-            metres(before)
-        ),
+        Verdict::Unexplained => {
+            let place = d.mismatch.first().map_or_else(String::new, |m| {
+                format!("; it shows most in {}, {}", m.channel, m.regime.text())
+            });
+            let (on, error) = if d.has_held_out() {
+                ("held-out", d.held_out.before.rms)
+            } else {
+                ("the fitted", d.train.before.rms)
+            };
+            format!(
+                "Something is missing that no effect of the catalogue explains{place}. On {on} \
+                 recordings the error is {} (noise {noise}).",
+                metres(error)
+            )
+        }
     }
 }
 
 /// How the error changes on held-out recordings, as a sentence.
 pub fn change(d: &Diagnosis) -> String {
+    if !d.has_held_out() {
+        return format!("{}.", capitalised(NOT_PROVED));
+    }
     let (before, after) = (d.held_out.before.rms, d.held_out.after.rms);
     let (was, is, noise) = (metres(before), metres(after), metres(d.noise));
     if was == is {
@@ -159,7 +192,7 @@ pub fn size(newton: f64) -> String {
     if newton.is_finite() {
         format_quantity(newton, "N", 3)
     } else {
-        "no force".to_owned()
+        "none".to_owned()
     }
 }
 
@@ -247,15 +280,31 @@ pub fn share(value: f64) -> String {
     number_or_dash(value, |v| format!("{:.0} %", 100.0 * v))
 }
 
+/// The name of the effect with this id; the id itself if there is none.
+pub fn effect_name(id: &str) -> &str {
+    find(id).map_or(id, |spec| spec.name)
+}
+
 /// The effects that it cannot be distinguished from, as a sentence; they share its probability.
 pub fn alike(ids: &[String]) -> Option<String> {
-    let ids: Vec<&str> = ids.iter().map(String::as_str).collect();
-    (!ids.is_empty()).then(|| {
+    let names: Vec<&str> = ids.iter().map(|id| effect_name(id)).collect();
+    (!names.is_empty()).then(|| {
         format!(
             "These recordings cannot distinguish it from {}.",
-            listed(&ids)
+            listed(&names)
         )
     })
+}
+
+/// What the next experiment would distinguish, as the end of a sentence.
+pub fn would_distinguish(next: &NextExperiment) -> String {
+    let name = |id: &str| find(id).map_or("the model without it", |spec| spec.name);
+    format!(
+        "{} s of it would distinguish {} from {}",
+        NextExperiment::DURATION,
+        name(&next.separates.0),
+        name(&next.separates.1)
+    )
 }
 
 #[cfg(test)]

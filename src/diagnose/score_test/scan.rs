@@ -155,35 +155,6 @@ impl ScoreScan {
             self.gradient[at],
         )
     }
-
-    /// Fall of chi2 that re-tuning alone would still bring.
-    pub fn nuisance_gain(&self) -> f64 {
-        let n = self.unknowns;
-        self.nuisance_projector().map_or(0.0, |base| {
-            let g = self.gradient.rows(0, n).into_owned();
-            base.inner(&g, &g)
-        })
-    }
-
-    /// Cosine between forms `j` and `k` with re-tuning projected out: 1 if they cannot be
-    /// distinguished.
-    pub fn cosine(&self, j: usize, k: usize) -> f64 {
-        let n = self.unknowns;
-        let Some(base) = self.nuisance_projector() else {
-            return 0.0;
-        };
-        let column = |k: usize| self.normal.view((0, n + k), (n, 1)).column(0).into_owned();
-        let (a, b) = (column(j), column(k));
-        let product = |a: &DVector<f64>, b: &DVector<f64>, whole: f64| whole - base.inner(a, b);
-        let aa = product(&a, &a, self.normal[(n + j, n + j)]);
-        let bb = product(&b, &b, self.normal[(n + k, n + k)]);
-        let ab = product(&a, &b, self.normal[(n + j, n + k)]);
-        if aa > 0.0 && bb > 0.0 {
-            (ab / (aa * bb).sqrt()).clamp(-1.0, 1.0)
-        } else {
-            0.0
-        }
-    }
 }
 
 /// The baseline's own directions, ready to be projected out of others.

@@ -2,6 +2,7 @@
 
 use super::law_shape::{as_lag_twin, with_shape_parameters};
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
+use crate::diagnose::findings::Evidence;
 use crate::diagnose::hypotheses::lag_twins;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::workspace::Workspace;
@@ -19,7 +20,7 @@ pub struct Choice {
     /// Ids of effects that fit equally well.
     pub alike: Vec<&'static str>,
     /// Why an effect that fits equally well in flight is not among those.
-    pub rejected_twin: Option<String>,
+    pub rejected_twin: Option<Evidence>,
 }
 
 /// Adds to `scores` the lag twin of the best effect, started from its fit, if it is a candidate
@@ -141,11 +142,10 @@ pub fn choose_best(
         other(spec) && close && !first.1.excels(t)
     });
     let alike = others.map(|(spec, _)| spec.id).collect();
-    let rejected_twin = rejected_twin.map(|(other, fall)| {
-        format!(
-            "{} would fit as well in flight, but not where the mass bounces: chi2 there is {fall:.0} lower with {}",
-            other.name, first.0.name
-        )
+    let rejected_twin = rejected_twin.map(|(other, fall)| Evidence::RejectedTwin {
+        twin: other.name,
+        chosen: first.0.name,
+        fall,
     });
     Ok(Some(Choice {
         spec: first.0,

@@ -182,7 +182,7 @@ fn refit_hypothesis(
         && let Some(other) = fit_cold_start(workspace, state, hypothesis, control)?
     {
         log::debug!(
-            "from cold_start {:.0} in place of {:.0}",
+            "from a cold start {:.0} in place of {:.0}",
             other.worth(),
             near.worth()
         );

@@ -14,8 +14,8 @@ use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{
-    FURTHER_MIN_SHARE, HELD_GAIN, HELD_OUT_ODD_RATIO, RECOVERED_MIN_SHARE, REVIEW_MIN_CHI2_RATIO,
-    SET_ASIDE_REVIEW_SHARE,
+    FURTHER_MIN_SHARE, HELD_GAIN, HELD_OUT_ODD_RATIO, MISLED_MIN_CHI2_RATIO, RECOVERED_MIN_SHARE,
+    REVIEW_MIN_CHI2_RATIO, SET_ASIDE_REVIEW_SHARE,
 };
 use crate::model::effects::EffectSpec;
 
@@ -88,8 +88,8 @@ fn select_with_set_aside(
         return Ok(None);
     }
     let state = &mut found.state;
-    let series = state.named.iter().any(|n| n.hypothesis.sequential_time);
-    let workspace = if series {
+    let in_sequence = state.named.iter().any(|n| n.hypothesis.sequential_time);
+    let workspace = if in_sequence {
         workspace.as_sequence()
     } else {
         workspace.clone()
@@ -99,7 +99,8 @@ fn select_with_set_aside(
     let left = state.train.set_aside_share();
     log::debug!("{:.1} % of the rows are set aside after that", 100.0 * left);
     // An effect that also acts in the other segments may have been misled by them.
-    let astray = state.train.per_value() > HELD_OUT_ODD_RATIO * baseline.train.per_value().max(1.0);
+    let before = baseline.train.per_value().max(1.0);
+    let astray = state.train.per_value() > MISLED_MIN_CHI2_RATIO * before;
     if astray || left > (1.0 - RECOVERED_MIN_SHARE) * baseline.train.set_aside_share() {
         return Ok(None);
     }

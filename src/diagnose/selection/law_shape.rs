@@ -4,6 +4,7 @@ use super::refit::{best_start_on_subset, fit_from, parameters_with, refit};
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::significance::is_at_lower_bound;
 use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
+use crate::diagnose::hypotheses::second_mode::with_second_mode;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::score_test::forms::{MIN_LAG_SHARE, pace_parameters};
 use crate::diagnose::score_test::state_range::state_ranges;
@@ -58,11 +59,7 @@ pub fn with_shape_parameters(
     }
     let start = with_effect(&trial.train.model, whole.start.clone());
     let other = if whole.start.spec.adds_modes() {
-        match crate::diagnose::hypotheses::second_mode::with_second_mode(
-            &workspace.train,
-            whole,
-            &trial.train,
-        )? {
+        match with_second_mode(&workspace.train, whole, &trial.train)? {
             Some(both) => best_start_on_subset(
                 workspace,
                 state,
@@ -79,7 +76,7 @@ pub fn with_shape_parameters(
         return Ok(trial);
     };
     log::debug!(
-        "with its shape {:.0}, {:.0} kept out in place of {:.0}, {:.0}",
+        "with its shape {:.0}, held-out {:.0}, in place of {:.0}, held-out {:.0}",
         other.gain,
         other.held_gain,
         trial.gain,
@@ -130,7 +127,7 @@ pub fn drop_second_time_constant(
         let held = held_out.as_ref().zip(state.held_out.as_ref());
         let held_more = held.map(|(plain, shaped)| plain.cost - shaped.cost);
         let more = train.cost - state.train.cost;
-        log::debug!("a shape brings {more:.0}, {held_more:?} kept out beside the latest name");
+        log::debug!("a shape brings {more:.0}, held-out {held_more:?}, with the latest name");
         if !shape_is_significant(more, held_more) {
             for own in state.named.iter_mut().filter(|n| n.spec == spec) {
                 own.gain.0 -= more;

@@ -6,7 +6,8 @@ use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{
-    CLEARLY_NEEDED_RATIO, HELD_GAIN, OWN_MODE_FREQUENCY_SHARE, TRAIN_GAIN, UNFORESEEN_GAIN_RATIO,
+    CLEARLY_NEEDED_RATIO, CONFIRMING_HELD_GAIN, HELD_GAIN, OWN_MODE_FREQUENCY_SHARE, TRAIN_GAIN,
+    UNFORESEEN_GAIN_RATIO,
 };
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
@@ -71,7 +72,9 @@ pub fn backward_eliminate(
             (Some(after), Some(before)) => after.cost - before.cost,
             _ => HELD_GAIN,
         };
-        if is_insignificant(&dropped.hypothesis, lost, held_lost) || held_lost < 0.5 * HELD_GAIN {
+        if is_insignificant(&dropped.hypothesis, lost, held_lost)
+            || held_lost < CONFIRMING_HELD_GAIN
+        {
             without.train = train;
             without.held_out = held_out;
             *state = without;

@@ -26,7 +26,7 @@ pub(crate) fn is_form_error(
     );
     let own = 1.0 - (before - after).max(0.0) / trial.gain;
     log::debug!(
-        "{}: kin of those named bring {before:.0} without it and {after:.0} with it, of {:.0}",
+        "{}: other forms of the named laws bring {before:.0} without it and {after:.0} with it, of {:.0}",
         trial.hypothesis.start.spec.id,
         trial.gain
     );
@@ -50,7 +50,9 @@ pub fn cannot_reach_target(state: &ModelState, more: usize) -> Result<bool, Diag
         return Ok(false);
     }
     let formal = law_form::form_error_gain(&state.train, &state.specs())?;
-    log::debug!("those named carry {gains:.0?}, their kin {formal:.0}, and leave {rest:.0}");
+    log::debug!(
+        "the named effects carry {gains:.0?}, other forms of their laws {formal:.0}, and leave {rest:.0}"
+    );
     Ok(falls_short(&gains, more, rest, formal))
 }
 

@@ -3,9 +3,9 @@
 use std::sync::{Arc, OnceLock};
 
 use crate::diagnose::data::robust_loss::ROBUST_LOSS;
-use crate::diagnose::thresholds::LOST_TRACK_CHI2;
+use crate::diagnose::thresholds::{EXCESS_MIN_CHI2, LOST_TRACK_CHI2};
 use crate::fit::problem::{Jacobian, Problem};
-use crate::fit::residual::simulate_segment::begins_from_reading;
+use crate::fit::residual::segment_start::begins_from_reading;
 use crate::fit::segment::Segment;
 use crate::fit::solve::point::Point;
 use crate::model::Model;
@@ -117,10 +117,10 @@ pub(crate) fn local_unknowns(segments: &[Segment]) -> usize {
     segments.iter().map(|s| s.locals.len()).sum()
 }
 
-/// Chi2 above the noise floor of 1.03 per row.
+/// Chi2 above that of noise alone, as well as it is known.
 pub fn excess_chi2(fitted: &Fitted) -> f64 {
     let rows = fitted.point.rows as f64;
-    (fitted.cost - 1.03 * rows).max(0.0)
+    (fitted.cost - EXCESS_MIN_CHI2 * rows).max(0.0)
 }
 
 /// A parameter's id, `effect.parameter`, with its least and largest value.

@@ -11,7 +11,7 @@ use super::fitted::Fitted;
 use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::thresholds::{
-    RECUT_MIN_LAG, SKEW_MAX_Z, SKEW_MIN_COST_DROP, SKEWS_ASKED_CHI2,
+    MAX_SKEW_SPREAD, RECUT_MIN_LAG, SKEW_MAX_Z, SKEW_MIN_COST_DROP, SKEWS_ASKED_CHI2,
 };
 use crate::fit::problem::{FreeNuisance, Problem};
 use crate::fit::solve::point::{Point, settle};
@@ -22,8 +22,6 @@ use crate::sim::{SimError, StretchSimulator};
 
 /// Skews that differ by less than this were copied from one another \[s\].
 const COPIED_SKEW: f64 = 1e-9;
-/// Skews that differ by more than this are not those of one setup \[s\].
-const MAX_SKEW_SPREAD: f64 = 15e-6;
 
 /// Id of the delay of the readings, as `effect.parameter`.
 static DELAY: LazyLock<String> = LazyLock::new(|| {
@@ -307,7 +305,7 @@ mod tests {
             ("sine:50Hz:8V", 0.06),
             ("square:300Hz:8V", 0.02),
         ];
-        let fit = test_support::bench_of(&paper, &drives, 25e3, 50e-9);
+        let fit = test_support::workspace_of(&paper, &drives, 25e3, 50e-9);
         let fit = fit.baseline(&paper, &QUIET).unwrap();
         let problem = &fit.problem;
         let clocks = skew_indices(problem);

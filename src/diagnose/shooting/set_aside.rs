@@ -168,8 +168,8 @@ impl Workspace {
         Ok([of(fits[0])?, of(fits[1])?])
     }
 
-    /// A fit of `side` without the segments misread for its model. Parameters are frozen if it
-    /// is `kept_out`.
+    /// A fit of `side` without the segments misread for its model. Parameters are frozen if
+    /// the side `is_held_out`.
     ///
     /// # Errors
     /// [`DiagnoseError`] if the model cannot be simulated.
@@ -177,14 +177,14 @@ impl Workspace {
         &self,
         side: &Split,
         fitted: Fitted,
-        kept_out: bool,
+        is_held_out: bool,
         control: &DiagnoseControl<'_>,
     ) -> Result<Fitted, DiagnoseError> {
         let Fitted {
             problem, mut point, ..
         } = fitted;
         if reassign_misread_segments(&problem, &mut point, side.segments())? {
-            let frozen = if kept_out { problem.space.len() } else { 0 };
+            let frozen = if is_held_out { problem.space.len() } else { 0 };
             let locked: Vec<usize> = (0..frozen).collect();
             point = self.improve(&problem, point, &locked, (10, FINE_TOLERANCE), control)?;
         }

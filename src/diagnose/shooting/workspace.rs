@@ -268,7 +268,7 @@ impl Workspace {
     ) -> Result<Point, DiagnoseError> {
         let control = control.quiet();
         let plan = Plan {
-            stage: "calm stretches",
+            stage: "event-free segments",
             iterations,
             locked,
             enough,
@@ -318,6 +318,6 @@ impl std::fmt::Debug for FitSummary<'_> {
             write!(f, "{:.1} us, ", skew * 1e6)?;
         }
         let used = point.used.iter().filter(|used| **used).count();
-        write!(f, "{used} of {} stretches", point.segments.len())
+        write!(f, "{used} of {} event-free segments", point.segments.len())
     }
 }

@@ -105,27 +105,24 @@ fn vibration_with_displacement(of: &AbstentionEvidence) -> Option<Finding> {
     (of.vibration_gain > TRAIN_GAIN).then_some(Finding {
         kind: FindingKind::VibrationWithDisplacement,
         statistic: of.vibration_gain,
-        threshold: TRAIN_GAIN,
     })
 }
 
 /// Laws over the stroke of the mass imitate a force that depends on both displacements.
 fn force_of_both_displacements(of: &AbstentionEvidence) -> Option<Finding> {
     let found = of.over_stroke() > 0 && exceeds(of.product_gains, PRODUCT_FORCE_LIMITS);
-    found.then(|| Finding {
+    found.then_some(Finding {
         kind: FindingKind::ForceOfBothDisplacements,
         statistic: of.product_gains.0,
-        threshold: limit(of.product_gains, PRODUCT_FORCE_LIMITS),
     })
 }
 
 /// Dry friction imitates a friction that depends on the load.
 fn friction_by_height(of: &AbstentionEvidence) -> Option<Finding> {
     let found = of.inadequacy.is_some() && exceeds(of.friction_gains, FRICTION_BY_HEIGHT_LIMITS);
-    found.then(|| Finding {
+    found.then_some(Finding {
         kind: FindingKind::FrictionByHeight,
         statistic: of.friction_gains.0,
-        threshold: limit(of.friction_gains, FRICTION_BY_HEIGHT_LIMITS),
     })
 }
 
@@ -144,7 +141,6 @@ fn one_force_in_their_place(of: &AbstentionEvidence) -> Option<Finding> {
             effects: of.of_displacement.iter().map(|s| s.name).collect(),
         },
         statistic: of.form_gain / of.any_force_gain,
-        threshold: MIN_FORM_SHARE,
     })
 }
 
@@ -157,18 +153,12 @@ fn too_small_share(of: &AbstentionEvidence) -> Option<Finding> {
             of_segments: of.carried_of_segments,
         },
         statistic: of.carried_share,
-        threshold: MIN_CARRIED_SHARE,
     })
 }
 
 /// Whether a gain exceeds a least one, and a share of what the named effects bring.
 fn exceeds((gain, named): (f64, f64), (least, share): (f64, f64)) -> bool {
     gain > least && gain > share * named
-}
-
-/// The larger of these two limits.
-fn limit((_, named): (f64, f64), (least, share): (f64, f64)) -> f64 {
-    least.max(share * named)
 }
 
 #[cfg(test)]
@@ -180,7 +170,6 @@ mod tests {
         Finding {
             kind,
             statistic: 180.0,
-            threshold: 60.0,
         }
     }
 

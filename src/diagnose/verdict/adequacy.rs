@@ -2,7 +2,6 @@
 //! form, single segments, the joins between segments, self-sustained ringing, and effects that
 //! improve the fitted recordings alone.
 
-use crate::diagnose::comparison::significance::unproved_gain;
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
 use crate::diagnose::discrepancy::missing_force::MissingForces;
 use crate::diagnose::discrepancy::residual_map;
@@ -47,11 +46,7 @@ impl Adequacy<'_> {
 
 /// A finding if the statistic exceeds the threshold.
 fn above(kind: FindingKind, statistic: f64, threshold: f64) -> Option<Finding> {
-    (statistic > threshold).then_some(Finding {
-        kind,
-        statistic,
-        threshold,
-    })
+    (statistic > threshold).then_some(Finding { kind, statistic })
 }
 
 fn mean_square(of: &Adequacy<'_>) -> Option<Finding> {
@@ -72,7 +67,7 @@ fn mean_square(of: &Adequacy<'_>) -> Option<Finding> {
 
 fn missing_force(of: &Adequacy<'_>) -> Option<Finding> {
     let strongest = of.missing_force.strongest;
-    let over = strongest.map_or("state", |s| s.0.symbol());
+    let over = strongest.map_or("", |s| s.0.symbol());
     let kind = FindingKind::MissingForce { over };
     above(kind, of.missing_force.joint, ANY_FORCE_MIN_GAIN)
 }
@@ -93,7 +88,6 @@ fn self_ringing(of: &Adequacy<'_>) -> Option<Finding> {
     Some(Finding {
         kind: FindingKind::SelfRinging,
         statistic: frequency,
-        threshold: 0.0,
     })
 }
 
@@ -108,7 +102,6 @@ fn fails_held_out(of: &Adequacy<'_>) -> Option<Finding> {
                 effect: w.spec.name,
             },
             statistic: t.gain,
-            threshold: unproved_gain(&t.hypothesis),
         })
     };
     let largest = fits

@@ -39,6 +39,8 @@ pub struct Decision {
     pub found: SelectionResult,
     /// Named laws of the ground.
     pub contact_laws: Vec<LawTest>,
+    /// Ids of the effects whose names are refused.
+    pub refused: Vec<&'static str>,
 }
 
 impl Decision {
@@ -89,7 +91,10 @@ pub fn decide(
         findings.extend(evidence.first_refusal());
     }
     let verdict = verdict(named || !contact_laws.is_empty(), &findings);
+    let mut refused = Vec::new();
     if findings.iter().any(|f| f.kind.refuses_names()) {
+        refused.extend(found.state.named.iter().map(|n| n.spec.id));
+        refused.extend(contact_laws.iter().map(|t| t.id));
         found.state = found.baseline.clone();
         // Events are read with a model of flight that does not hold.
         contact_laws.clear();
@@ -99,6 +104,7 @@ pub fn decide(
         findings,
         found,
         contact_laws,
+        refused,
     })
 }
 
@@ -227,7 +233,6 @@ mod tests {
         Finding {
             kind,
             statistic: 2.0,
-            threshold: 1.0,
         }
     }
 

@@ -19,11 +19,11 @@ use crate::recording::{Channel, extremes, quantile_in_place};
 pub fn check_level(
     model: &Model,
     parts: &[Part],
-    findings: &[RecordingSummary],
+    summaries: &[RecordingSummary],
 ) -> Result<(), FitError> {
     let dp = model.parameters[ParameterId::Dp];
-    for (part, finding) in parts.iter().zip(findings) {
-        let Ok(level) = finding.level else { continue };
+    for (part, summary) in parts.iter().zip(summaries) {
+        let Ok(level) = summary.level else { continue };
         let ratio = -level / dp;
         if ratio > OTHER_UNIT_FACTOR || (ratio > 0.0 && ratio < 1.0 / OTHER_UNIT_FACTOR) {
             let write = |v: f64| format_quantity(v, "m", 4);

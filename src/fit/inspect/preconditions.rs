@@ -28,7 +28,7 @@ use crate::recording::{Channel, Recording, extremes};
 pub fn check(
     model: &Model,
     parts: &[Part],
-    findings: &[RecordingSummary],
+    summaries: &[RecordingSummary],
     options: &FitOptions,
 ) -> Result<(), FitError> {
     Space::new(model, &options.free)?;
@@ -42,8 +42,8 @@ pub fn check(
         .into_iter()
         .filter(|id| options.free.iter().any(|f| f.eq_ignore_ascii_case(id)))
         .collect();
-    if model.has_ground && !needs.is_empty() && findings.iter().all(|f| f.level.is_err()) {
-        let reason = findings
+    if model.has_ground && !needs.is_empty() && summaries.iter().all(|f| f.level.is_err()) {
+        let reason = summaries
             .iter()
             .find_map(|f| f.level.clone().err())
             .unwrap_or_default();
@@ -52,7 +52,7 @@ pub fn check(
             reason,
         });
     }
-    same_device(parts, findings, MAX_LEVEL_DIFFERENCE)
+    same_device(parts, summaries, MAX_LEVEL_DIFFERENCE)
 }
 
 /// Checks what a fit of the free parameters needs beyond [`check`]: the recordings differ and are
@@ -63,7 +63,7 @@ pub fn check(
 /// [`FitError`] with one clear sentence.
 pub fn check_fit(
     model: &Model,
-    (train, findings): (&[Part], &[RecordingSummary]),
+    (train, summaries): (&[Part], &[RecordingSummary]),
     held_out: &[Part],
     options: &FitOptions,
 ) -> Result<Vec<String>, FitError> {
@@ -86,10 +86,10 @@ pub fn check_fit(
         });
     }
     if model.has_ground && free("dp") {
-        check_level(model, train, findings)?;
+        check_level(model, train, summaries)?;
         let p = &model.parameters;
-        for (part, finding) in train.iter().zip(findings) {
-            let Ok(level) = finding.level else { continue };
+        for (part, summary) in train.iter().zip(summaries) {
+            let Ok(level) = summary.level else { continue };
             let write = |v: f64| format_quantity(v, "m", 4);
             if !free("gp") && -level >= p[ParameterId::Gp] {
                 return Err(FitError::GroundBeyondFilm {
@@ -100,11 +100,11 @@ pub fn check_fit(
             }
         }
     }
-    let findings = summarize(model, &all);
-    let ring = one_device(model, &all, &findings)?;
+    let summaries = summarize(model, &all);
+    let ring = one_device(model, &all, &summaries)?;
     Ok(ring
         .into_iter()
-        .chain(rest_height_doubt(&all, &findings))
+        .chain(rest_height_doubt(&all, &summaries))
         .collect())
 }
 
@@ -116,10 +116,10 @@ pub fn check_fit(
 pub(crate) fn one_device(
     model: &Model,
     parts: &[Part],
-    findings: &[RecordingSummary],
+    summaries: &[RecordingSummary],
 ) -> Result<Option<String>, FitError> {
-    same_device(parts, findings, MAX_LEVEL_DIFFERENCE_IN_A_FIT)?;
-    check_ring_frequency(model, parts, findings)
+    same_device(parts, summaries, MAX_LEVEL_DIFFERENCE_IN_A_FIT)?;
+    check_ring_frequency(model, parts, summaries)
 }
 
 /// Whether two parts share samples, or hold the same samples under two names.
@@ -312,8 +312,8 @@ fn is_noiseless(r: &Recording, channel: Channel, (low, high): (f64, f64)) -> boo
 }
 
 /// Recordings of one device have the ground at one height, apart from the sensor's zero.
-fn same_device(parts: &[Part], findings: &[RecordingSummary], apart: f64) -> Result<(), FitError> {
-    let mut known = parts.iter().zip(findings).filter_map(|(p, f)| {
+fn same_device(parts: &[Part], summaries: &[RecordingSummary], apart: f64) -> Result<(), FitError> {
+    let mut known = parts.iter().zip(summaries).filter_map(|(p, f)| {
         let level = f.level.clone().ok()?;
         Some((p, level))
     });
@@ -336,3 +336,7 @@ fn same_device(parts: &[Part], findings: &[RecordingSummary], apart: f64) -> Res
     }
     Ok(())
 }
+
+#[cfg(test)]
+#[path = "preconditions_tests.rs"]
+mod tests;

@@ -69,9 +69,9 @@ impl RecordingSummary {
     }
 }
 
-/// Lag that the readings of `parts` show \[s\]; `findings` were made without one.
-pub fn lag_of(parts: &[Part], findings: &[RecordingSummary]) -> Option<f64> {
-    let both = || parts.iter().zip(findings);
+/// Lag that the readings of `parts` show \[s\]; `summaries` were made without one.
+pub fn lag_of(parts: &[Part], summaries: &[RecordingSummary]) -> Option<f64> {
+    let both = || parts.iter().zip(summaries);
     let readings: Vec<_> = both().map(|(p, f)| f.as_moved(&p.recording)).collect();
     let all: Vec<_> = both()
         .zip(&readings)
@@ -87,22 +87,22 @@ pub fn summarize(model: &Model, parts: &[Part]) -> Vec<RecordingSummary> {
 
 /// The same for readings that lag by `lag` \[s\].
 pub fn summarize_with_lag(model: &Model, parts: &[Part], lag: f64) -> Vec<RecordingSummary> {
-    let mut findings: Vec<RecordingSummary> = parts
+    let mut summaries: Vec<RecordingSummary> = parts
         .iter()
         .map(|p| summarize_part(model, p, lag))
         .collect();
     if !model.has_ground {
-        return findings;
+        return summaries;
     }
-    let mut known: Vec<f64> = findings
+    let mut known: Vec<f64> = summaries
         .iter()
         .filter_map(|f| f.level.clone().ok())
         .collect();
     let common = quantile_in_place(&mut known, 0.5);
-    let mut drifts: Vec<LevelDrift> = findings.iter().filter_map(|f| f.change?.drift()).collect();
+    let mut drifts: Vec<LevelDrift> = summaries.iter().filter_map(|f| f.change?.drift()).collect();
     drifts.sort_by(|a, b| a.shown().0.total_cmp(&b.shown().0));
-    for (finding, part) in findings.iter_mut().zip(parts) {
-        if finding.level.is_ok() {
+    for (summary, part) in summaries.iter_mut().zip(parts) {
+        if summary.level.is_ok() {
             continue;
         }
         let r = &part.recording;
@@ -126,7 +126,7 @@ pub fn summarize_with_lag(model: &Model, parts: &[Part], lag: f64) -> Vec<Record
             // Levels of other recordings apply where the zero stays.
             let known = if change.is_none() { common } else { f64::NAN };
             let xp = as_moved(r, change, lag);
-            let noise = finding.noise_of(finding.noise.0, r);
+            let noise = summary.noise_of(summary.noise.0, r);
             let (level, count) = level_of_impacts(r, &xp, noise, known)?;
             Some((count, level, change))
         };
@@ -137,11 +137,11 @@ pub fn summarize_with_lag(model: &Model, parts: &[Part], lag: f64) -> Vec<Record
             most.map(|(_, level, change)| (level, change))
         });
         if let Some((level, change)) = found {
-            finding.level = Ok(level);
-            finding.change = change;
+            summary.level = Ok(level);
+            summary.change = change;
         }
     }
-    findings
+    summaries
 }
 
 fn summarize_part(model: &Model, part: &Part, lag: f64) -> RecordingSummary {

@@ -17,12 +17,12 @@ use crate::recording::rest_positions::rest_positions;
 use crate::recording::ring::{Ring, ring_in};
 
 /// The ring of the mass in the flights of a part's recording, searched for around `f1` \[Hz\].
-fn ring_of(part: &Part, findings: &RecordingSummary, f1: f64) -> Option<Ring> {
+fn ring_of(part: &Part, summary: &RecordingSummary, f1: f64) -> Option<Ring> {
     let r = &part.recording;
     let (from, to) = r.span();
     let mut flights = Vec::new();
     let mut begin = from;
-    for contact in &findings.events(r).contacts {
+    for contact in &summary.events(r).contacts {
         flights.push((begin, contact.start));
         begin = contact.end;
     }
@@ -30,7 +30,7 @@ fn ring_of(part: &Part, findings: &RecordingSummary, f1: f64) -> Option<Ring> {
     ring_in(
         r,
         &flights,
-        findings.noise.0,
+        summary.noise.0,
         (f1 / RING_SEARCH_FACTOR, f1 * RING_SEARCH_FACTOR),
     )
 }
@@ -43,7 +43,7 @@ fn ring_of(part: &Part, findings: &RecordingSummary, f1: f64) -> Option<Ring> {
 pub fn check_ring_frequency(
     model: &Model,
     parts: &[Part],
-    findings: &[RecordingSummary],
+    summaries: &[RecordingSummary],
 ) -> Result<Option<String>, FitError> {
     let f1 = model.parameters[ParameterId::F1];
     if !model.uses(ParameterId::F1) || f1.is_nan() || f1 <= 0.0 || !of_several(parts) {
@@ -56,7 +56,7 @@ pub fn check_ring_frequency(
     };
     let mut rings: Vec<(&Part, Ring)> = parts
         .iter()
-        .zip(findings)
+        .zip(summaries)
         .enumerate()
         .filter(|(i, _)| !again(*i))
         .map(|(_, both)| both)
@@ -95,12 +95,12 @@ pub fn check_ring_frequency(
 
 /// A sentence on the two parts in which the mass comes to rest at the most different
 /// heights above the ground, at the same voltage.
-pub fn rest_height_doubt(parts: &[Part], findings: &[RecordingSummary]) -> Option<String> {
+pub fn rest_height_doubt(parts: &[Part], summaries: &[RecordingSummary]) -> Option<String> {
     if !of_several(parts) {
         return None;
     }
     let mut all = Vec::new();
-    for (part, found) in parts.iter().zip(findings) {
+    for (part, found) in parts.iter().zip(summaries) {
         let r = &part.recording;
         if let Ok(level) = found.level {
             let own = rest_positions(r, &found.as_moved(r), level, found.noise.0);
@@ -152,38 +152,38 @@ mod tests {
             part(made(&paper(), "square:10Hz:8V", 0.2, 1)),
             part(made(&off(paper(), changes), "square:8Hz:8V", 0.2, 2)),
         ];
-        let findings = summarize(&paper(), &parts);
-        (parts, findings)
+        let summaries = summarize(&paper(), &parts);
+        (parts, summaries)
     }
 
     #[test]
     fn other_frequencies_are_of_other_devices() {
-        let (parts, findings) = pair(&[("f1", 1.25)]);
-        let error = check_ring_frequency(&paper(), &parts, &findings).unwrap_err();
+        let (parts, summaries) = pair(&[("f1", 1.25)]);
+        let error = check_ring_frequency(&paper(), &parts, &summaries).unwrap_err();
         let text = error.to_string();
         assert!(
             text.contains("square:10Hz:8V") && text.contains("rings at"),
             "{text}"
         );
-        let (parts, findings) = pair(&[("f1", 1.06)]);
-        let doubt = check_ring_frequency(&paper(), &parts, &findings).unwrap();
+        let (parts, summaries) = pair(&[("f1", 1.06)]);
+        let doubt = check_ring_frequency(&paper(), &parts, &summaries).unwrap();
         assert!(doubt.is_some_and(|text| text.contains("may be of different")));
     }
 
     #[test]
     fn another_ground_level_shows_in_the_height_of_rest() {
-        let (parts, findings) = pair(&[("dp", 53.0 / 58.0)]);
-        let doubt = rest_height_doubt(&parts, &findings);
+        let (parts, summaries) = pair(&[("dp", 53.0 / 58.0)]);
+        let doubt = rest_height_doubt(&parts, &summaries);
         assert!(doubt.is_some_and(|text| text.contains("at -8 V")));
-        assert_eq!(check_ring_frequency(&paper(), &parts, &findings), Ok(None));
+        assert_eq!(check_ring_frequency(&paper(), &parts, &summaries), Ok(None));
     }
 
     #[test]
     fn recordings_of_one_device_raise_no_doubt() {
         // Damping, film and adhesion are not what makes a device another one here.
-        let (parts, findings) = pair(&[("Cs", 2.0), ("alpha", 1.3)]);
-        assert_eq!(check_ring_frequency(&paper(), &parts, &findings), Ok(None));
-        assert_eq!(rest_height_doubt(&parts, &findings), None);
+        let (parts, summaries) = pair(&[("Cs", 2.0), ("alpha", 1.3)]);
+        assert_eq!(check_ring_frequency(&paper(), &parts, &summaries), Ok(None));
+        assert_eq!(rest_height_doubt(&parts, &summaries), None);
         let (first, second) = Part::split(Arc::clone(&parts[0].recording));
         let halves = [first, second];
         assert!(!of_several(&halves));

@@ -30,7 +30,7 @@ pub enum ExcludedRelease {
     Jump,
     /// The mass is pressed down as it leaves.
     Pressed,
-    /// The noise hides the force.
+    /// The force is too uncertain.
     Vague,
 }
 
@@ -70,16 +70,18 @@ impl ExcludedRelease {
 
 impl fmt::Display for ExcludedRelease {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            ExcludedRelease::Brief => {
-                "after less than 0.5 ms or 8 samples on the ground, no sustained contact"
-            }
-            ExcludedRelease::Jump => {
-                "where the drive jumps, so that the pull passes the adhesion in one step"
-            }
-            ExcludedRelease::Pressed => "under pressure, where nothing is pulled off",
-            ExcludedRelease::Vague => "whose force the noise hides",
-        })
+        match self {
+            ExcludedRelease::Brief => write!(
+                f,
+                "after less than {:.1} ms or {MIN_CONTACT_SAMPLES} samples on the ground, no sustained contact",
+                1e3 * MIN_STAY_TIME
+            ),
+            ExcludedRelease::Jump => f.write_str(
+                "where the drive jumps, so that the pull passes the adhesion in one step",
+            ),
+            ExcludedRelease::Pressed => f.write_str("while the drive still pressed the mass down"),
+            ExcludedRelease::Vague => f.write_str("whose force is too uncertain"),
+        }
     }
 }
 
@@ -156,9 +158,9 @@ pub fn adhesion(names: &str, readings: &ContactReadings) -> Result<Adhesion, Ste
             "needs {MIN_RELEASES} releases with a known pull-off force, found {}",
             releases.len()
         );
-        let said = exclusion_sentences(&aside, readings.unread_releases);
-        if !said.is_empty() {
-            reason += &format!(" (set aside: {})", said.join("; "));
+        let exclusions = exclusion_sentences(&aside, readings.unread_releases);
+        if !exclusions.is_empty() {
+            reason += &format!(" (set aside: {})", exclusions.join("; "));
         }
         return Err(unsuited(reason));
     }

@@ -61,12 +61,12 @@ fn period(model: &Model) -> f64 {
 pub(crate) fn break_offs(
     model: &Model,
     parts: &[Part],
-    findings: &[RecordingSummary],
+    summaries: &[RecordingSummary],
 ) -> Vec<BreakOff> {
     let period = period(model);
     let mut found: Vec<(usize, BreakOff)> = Vec::new();
-    for (of, (part, findings)) in parts.iter().zip(findings).enumerate() {
-        let mut own = break_offs_of_part(part, findings, period);
+    for (of, (part, summary)) in parts.iter().zip(summaries).enumerate() {
+        let mut own = break_offs_of_part(part, summary, period);
         for b in &mut own {
             b.of = of;
             let ring = &b.window.recording.proof_mass[b.window.samples.clone()];
@@ -84,12 +84,12 @@ pub(crate) fn break_offs(
     chosen
 }
 
-fn break_offs_of_part(part: &Part, findings: &RecordingSummary, period: f64) -> Vec<BreakOff> {
+fn break_offs_of_part(part: &Part, summary: &RecordingSummary, period: f64) -> Vec<BreakOff> {
     let r = &part.recording;
     let time = &r.time;
     let interval = r.interval();
-    let contacts = findings.events(r).contacts;
-    let marks = findings.timeline(r, findings.noise.0).marks;
+    let contacts = summary.events(r).contacts;
+    let marks = summary.timeline(r, summary.noise.0).marks;
     // More than the instant of release may move, so that the mass is on the ground first.
     let lead = (LEAD_SAMPLES as f64 * interval).max(1.5 * RELEASE_REACH_PERIODS * period);
     let clear = (RING_END_GUARD.0 as f64 * interval).max(RING_END_GUARD.1 * period);
@@ -142,11 +142,11 @@ pub(crate) fn ring_problem(
     model: &Model,
     space: &Space,
     found: &[BreakOff],
-    findings: &[RecordingSummary],
+    summaries: &[RecordingSummary],
     options: &FitOptions,
 ) -> Result<Prepared, FitError> {
     let windows: Vec<Part> = found.iter().map(|b| b.window.clone()).collect();
-    let own: Vec<RecordingSummary> = found.iter().map(|b| findings[b.of].clone()).collect();
+    let own: Vec<RecordingSummary> = found.iter().map(|b| summaries[b.of].clone()).collect();
     let whole = FitOptions {
         longest: Some(f64::INFINITY),
         ..options.clone()

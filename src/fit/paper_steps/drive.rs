@@ -30,7 +30,7 @@ use crate::recording::features::{FeatureOptions, recording_features};
 /// Orders of the polynomials, eq (9).
 const BRANCH_POLYNOMIAL_ORDERS: [usize; 2] = [3, 2];
 /// What to record instead.
-const SLOW_CYCLE_REMEDY: &str = "record whole slow cycles of the voltage besides, for example a 5 Hz sine so small that the mass hardly touches the ground";
+const SLOW_CYCLE_REMEDY: &str = "also record whole slow cycles of the voltage, for example a 5 Hz sine so small that the mass hardly touches the ground";
 
 /// A point of the figure: one block.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -228,7 +228,7 @@ fn blocks(
         .filter(|mode| mode.frequency > 0.0)
         .min_by(|a, b| a.frequency.total_cmp(&b.frequency))
         .copied()
-        .ok_or_else(|| unsuited("the device has no mode that swings".to_owned()))?;
+        .ok_or_else(|| unsuited("the device has no vibration mode".to_owned()))?;
     let length = 1.0 / slowest.frequency;
     let lag = static_lag(&structure);
     let settle = RING_DECAY_TIMES / (0.5 * slowest.damping()).max(1e-3 * slowest.omega());

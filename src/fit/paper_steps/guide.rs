@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use super::adhesion::adhesion;
 use super::drive::fit_drive;
-use super::film::rings_of;
+use super::film::rings::rings_of;
 use super::restitution::restitution;
-use super::{StepError, far_off};
+use super::{StepError, model_distance_warning};
 use crate::fit::contact_readings::{ContactReadings, read_contacts};
 use crate::fit::error::FitError;
-use crate::fit::options::{FitOptions, Part, default_free};
+use crate::fit::options::{FitOptions, Part};
 use crate::fit::solve::levenberg_marquardt::Control;
 use crate::fit::thresholds::MAX_DEVICE_NOISE_RATIO;
 use crate::model::Model;
@@ -149,14 +149,15 @@ pub fn guide(
     let far_from_data = (off.eventless > MAX_DEVICE_NOISE_RATIO).then(|| {
         let off = off.eventless;
         let how = if off.is_finite() {
-            format!("is off from these recordings by {off:.0} times the noise")
+            format!("is off from these recordings by {off:.0} times the noise,")
         } else {
-            "cannot follow these recordings".to_owned()
+            "cannot follow these recordings,".to_owned()
         };
-        let free = default_free(model).join(",");
-        format!("The device {how} even where the mass hardly touches the ground. Fit it first: free {} with `--free {free}`.", free.replace(',', ", "))
+        format!(
+            "The device {how} even where the mass hardly touches the ground. Fit the whole device first."
+        )
     });
-    let first = far_from_data.or_else(|| far_off(off.read));
+    let first = far_from_data.or_else(|| model_distance_warning(off.read));
     let film = rings_of(model, &parts, options).map(|rings| rings.recordings());
     let missing: Vec<&str> = [
         (Step::Restitution, restitution.is_err()),

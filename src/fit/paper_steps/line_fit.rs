@@ -138,15 +138,11 @@ pub(crate) fn robust_line(points: &[[f64; 3]]) -> Option<Line> {
 
 #[cfg(test)]
 mod tests {
-    use rand::{RngExt, SeedableRng};
+    use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 
     use super::super::line_fit::*;
-
-    fn normal(rng: &mut ChaCha8Rng) -> f64 {
-        let (a, b): (f64, f64) = (rng.random(), rng.random());
-        (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
-    }
+    use crate::model::sensor::gaussian;
 
     /// Errors from 0.1 to 3, a scatter of their own of 0.5, and one in ten far off to one
     /// side, which drags the ends a little: the stated errors must still hold.
@@ -161,7 +157,7 @@ mod tests {
                     let x = f64::from(i);
                     let error: f64 = if i % 4 == 0 { 3.0 } else { 0.1 };
                     let far = if i == 11 || i == 13 { -8.0 } else { 0.0 };
-                    let y = 5.0 + 2.0 * x + error.hypot(0.5) * normal(&mut rng) + far;
+                    let y = 5.0 + 2.0 * x + error.hypot(0.5) * gaussian(&mut rng) + far;
                     [x, y, error]
                 })
                 .collect();

@@ -64,10 +64,10 @@ fn counted(n: usize, one: &str, many: &str) -> String {
 }
 
 /// A warning if the model is `off` by too many times the noise in the segments that were read.
-pub fn far_off(off: f64) -> Option<String> {
+pub fn model_distance_warning(off: f64) -> Option<String> {
     (off > MAX_READING_NOISE_RATIO).then(|| {
         format!(
-            "Where bounces and releases were read, the model is off by {off:.1} times the noise. Their speeds and forces depend on its film and drive, and may be wrong by more than their errors say. Fit the device first (free eta, zeta1, zeta2, dp, Cs and gp with `--free`), or take the film step."
+            "Where bounces and releases were read, the model is off by {off:.1} times the noise. Their speeds and forces depend on its film and drive, and may be wrong by more than their errors say. Fit the whole device first, or take the film step."
         )
     })
 }

@@ -54,23 +54,20 @@ impl ExcludedBounces {
 impl fmt::Display for ExcludedBounces {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kinds = [
+            (self.vague, "the hop was too short or too slow"),
             (
-                self.vague,
-                "in hops so short or slow that their speeds are uncertain",
+                self.unread,
+                "the segment could not be followed (chatter, or the device does not fit yet)",
             ),
-            (self.unread, "could not be followed"),
-            (
-                self.stayed,
-                "left so slowly that the mass stayed on the ground",
-            ),
+            (self.stayed, "the mass stayed on the ground"),
         ];
         let kinds: Vec<String> = (kinds.iter().filter(|(n, _)| *n > 0))
-            .map(|(n, what)| format!("{} {what}", counted(*n, "landing", "landings")))
+            .map(|(n, why)| format!("{} not used: {why}", counted(*n, "landing", "landings")))
             .collect();
         if kinds.is_empty() {
             return Ok(());
         }
-        write!(f, "{}.", kinds.join(", "))
+        write!(f, "{}.", kinds.join("; "))
     }
 }
 

@@ -59,7 +59,7 @@ impl Sensitivity {
             return None;
         }
         if a.train.1.iter().any(Misfit::is_bad) {
-            return Some("The device does not fit these recordings, so that the comparison says nothing of the zero: fit the whole device first.".to_owned());
+            return Some("The device does not fit these recordings, so the comparison says nothing about the zero. Fit the whole device first.".to_owned());
         }
         let row = |id: &ParameterId| {
             let of = |fit: &FitResult| {
@@ -88,9 +88,9 @@ impl Sensitivity {
             .map(|(id, a, b)| format!("{id} by {:+.1} %", 100.0 * (b.0 / a.0 - 1.0)))
             .collect();
         Some(if moved.is_empty() {
-            "No coefficient moves beyond its error: where the zero of the drive lies does not matter to them, which is what the comparison is made for.".to_owned()
+            "No coefficient changes by more than its error: they do not depend on the zero position.".to_owned()
         } else {
-            format!("With the zero move: {}.", moved.join(", "))
+            format!("These change with the zero position: {}.", moved.join(", "))
         })
     }
 }

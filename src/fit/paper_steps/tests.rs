@@ -8,7 +8,7 @@ use super::drive::fit_drive;
 use super::film::{Film, film};
 use super::restitution::restitution;
 use super::sensitivity::{TABLE_2_ROWS, ZERO_SHIFT, sensitivity};
-use super::{StepError, far_off};
+use super::{StepError, model_distance_warning};
 use crate::fit::contact_readings::{ContactReadings, Release, read_contacts};
 use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::options::{FitOptions, Part};
@@ -81,13 +81,13 @@ fn restitution_is_read_from_the_bounces_alone() {
 fn readings_with_a_wrong_film_carry_a_warning() {
     let right = restitution("taps", &read(&[recording("sine:300Hz:5.5V", 0.1)])).unwrap();
     println!("{} off {}", right.mean, right.off);
-    assert_eq!(far_off(right.off), None, "{}", right.off);
+    assert_eq!(model_distance_warning(right.off), None, "{}", right.off);
     let thick = [(ParameterId::Cs, 2.2e-21)];
     let taps = made("sine:300Hz:5.5V", 0.1, 50e3, 20e-9, &thick);
     let wrong = restitution("taps", &read(&[taps])).unwrap();
     println!("{} off {}", wrong.mean, wrong.off);
     assert!((wrong.mean - 0.378).abs() > 5.0 * wrong.error, "{wrong:?}");
-    assert!(far_off(wrong.off).is_some(), "{}", wrong.off);
+    assert!(model_distance_warning(wrong.off).is_some(), "{}", wrong.off);
 }
 
 #[test]

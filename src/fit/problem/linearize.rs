@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::huber::Huber;
 use super::{FreeNuisance, Nuisance, Problem};
 use crate::fit::residual::residual_rows::{Nuisances, Row};
-use crate::fit::residual::simulate_segment::begins_from_reading;
+use crate::fit::residual::segment_start::begins_from_reading;
 use crate::fit::segment::Segment;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
@@ -320,13 +320,13 @@ impl Problem {
     }
 
     /// Writes to `r` what residuals `r0` become where an offset or a scale is a `step` larger,
-    /// without simulating: by the `rig` as it is the motion is known from them. False for other
+    /// without simulating: `r0` and the present `nuisances` give the motion. False for other
     /// nuisances, and where the motion begins from a reading.
     fn shown_otherwise(
         &self,
         nuisance: &FreeNuisance,
         segment: &Segment,
-        (simulator, rig): (&StretchSimulator, &Nuisances),
+        (simulator, nuisances): (&StretchSimulator, &Nuisances),
         step: f64,
         (r0, r): (&[f64], &mut Vec<f64>),
     ) -> bool {
@@ -343,13 +343,13 @@ impl Problem {
                 Row::ProofMass,
                 xp,
                 sigmas.xp,
-                (rig.offset_p, Some(rig.scale_p)),
+                (nuisances.offset_p, Some(nuisances.scale_p)),
             ),
             Nuisance::ScaleC => (
                 Row::Cantilever,
                 xc,
                 sigmas.xc,
-                (rig.offset_c, Some(rig.scale_c)),
+                (nuisances.offset_c, Some(nuisances.scale_c)),
             ),
             Nuisance::Skew => return false,
         };

@@ -17,8 +17,8 @@ fn flight() -> (Prepared, Vec<f64>) {
     let parts = [part(made(&model, "sine:50Hz:1V", 0.04, 1))];
     let options = FitOptions::for_model(&model);
     let space = Space::new(&model, &options.free).unwrap();
-    let findings = summarize(&model, &parts);
-    let mut prepared = prepare(&model, &space, &parts, &findings, &options).unwrap();
+    let summaries = summarize(&model, &parts);
+    let mut prepared = prepare(&model, &space, &parts, &summaries, &options).unwrap();
     prepared.problem.data[0].sigmas.colour = Colour {
         share: 0.4,
         keep: 0.9,
@@ -109,22 +109,22 @@ fn a_correction_reaches_the_cost_of_a_separate_fit() {
     there[problem.space.position("eta").unwrap()] += 5e-3;
     let simulator = problem.simulator(&there).unwrap();
     for (segment, near) in point.segments.iter().zip(near) {
-        let rig = problem.nuisances_of(&there, segment.recording);
+        let nuisances = problem.nuisances_of(&there, segment.recording);
         let starts = [segment.locals.clone(), segment.locals.clone()];
         let corrected = problem.correct(
             segment,
             &[],
             &simulator,
-            &rig,
+            &nuisances,
             starts,
             near.as_ref(),
             (LOSS, 0),
         );
         let corrected = corrected.cost;
         let start = segment.locals.clone();
-        let whole = problem.refine(segment, &[], &simulator, &rig, start, LOSS, 8);
+        let whole = problem.refine(segment, &[], &simulator, &nuisances, start, LOSS, 8);
         let whole = whole.cost;
-        let begun = problem.cost(segment, &[], &simulator, &rig, &segment.locals, LOSS);
+        let begun = problem.cost(segment, &[], &simulator, &nuisances, &segment.locals, LOSS);
         assert!(
             corrected < whole + 0.05 * (begun - whole),
             "{begun} {corrected} {whole}"

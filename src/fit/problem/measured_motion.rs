@@ -20,7 +20,7 @@ pub struct Motion<'a> {
     /// The recording.
     pub recording: &'a Recording,
     /// How it was read.
-    pub rig: Nuisances,
+    pub nuisances: Nuisances,
     /// Noise of the proof mass \[m\].
     pub noise: f64,
 }
@@ -79,16 +79,16 @@ impl Reading<'_> {
 impl Motion<'_> {
     /// Displacements and velocities at `t` \[s\], by the clock of the readings; 0 where unknown.
     pub fn at(&self, t: f64) -> Points {
-        let rig = &self.rig;
+        let nuisances = &self.nuisances;
         let (xp, vp) = self
             .around_impact(t)
             .unwrap_or_else(|| self.smooth(Channel::ProofMass, t));
         let (xc, vc) = self.smooth(Channel::Cantilever, t);
         Points {
-            xp: (xp - rig.offset_p) / rig.scale_p,
-            vp: vp / rig.scale_p,
-            xc: (xc - rig.offset_c) / rig.scale_c,
-            vc: vc / rig.scale_c,
+            xp: (xp - nuisances.offset_p) / nuisances.scale_p,
+            vp: vp / nuisances.scale_p,
+            xc: (xc - nuisances.offset_c) / nuisances.scale_c,
+            vc: vc / nuisances.scale_c,
         }
     }
 
@@ -165,17 +165,17 @@ mod tests {
     #[test]
     fn a_velocity_is_read_from_its_own_side_of_an_impact() {
         let time: Vec<f64> = (0..100).map(|i| 2e-5 * f64::from(i)).collect();
-        let rig = Nuisances {
+        let nuisances = Nuisances {
             offset_p: 3e-6,
             scale_p: 1.01,
             ..Nuisances::default()
         };
-        let read = |t: &f64| rig.offset_p + rig.scale_p * bounce(*t).0;
+        let read = |t: &f64| nuisances.offset_p + nuisances.scale_p * bounce(*t).0;
         let xp: Vec<f64> = time.iter().map(read).collect();
         let recording = Recording::new("blow", time, None, xp, None).unwrap();
         let motion = Motion {
             recording: &recording,
-            rig,
+            nuisances,
             noise: 1e-9,
         };
         for k in 0..400 {
@@ -196,7 +196,7 @@ mod tests {
         let recording = Recording::new("blow", time, None, xp, None).unwrap();
         let motion = Motion {
             recording: &recording,
-            rig: Nuisances::default(),
+            nuisances: Nuisances::default(),
             noise: 1e-9,
         };
         let seen = MotionCache::default();

@@ -153,7 +153,7 @@ impl Problem {
                 .collect();
             let motion = Motion {
                 recording: r,
-                rig: self.nuisances_of(x, index),
+                nuisances: self.nuisances_of(x, index),
                 noise: data.sigmas.xp,
             };
             let reading = seen[index].reading(&motion);
@@ -172,7 +172,7 @@ impl Problem {
     }
 
     /// Context of a segment.
-    pub fn setting<'a>(&'a self, segment: &Segment, states: &'a [f64]) -> SegmentContext<'a> {
+    pub fn context<'a>(&'a self, segment: &Segment, states: &'a [f64]) -> SegmentContext<'a> {
         let data = &self.data[segment.recording];
         SegmentContext {
             recording: &data.recording,
@@ -184,7 +184,7 @@ impl Problem {
 
     /// Kinds of a segment's rows.
     pub fn rows(&self, segment: &Segment) -> Vec<Row> {
-        rows(segment, &self.setting(segment, &[]))
+        rows(segment, &self.context(segment, &[]))
     }
 
     /// Residuals of the nuisances' priors: index of the unknown, slope, value.
@@ -211,8 +211,8 @@ impl Problem {
         locals: &[f64],
         out: &mut Vec<f64>,
     ) -> bool {
-        let setting = self.setting(segment, states);
-        residuals(segment, &setting, stretcher, nuisances, locals, out).is_ok()
+        let context = self.context(segment, states);
+        residuals(segment, &context, stretcher, nuisances, locals, out).is_ok()
             && out.iter().all(|r| r.is_finite())
     }
 }

@@ -37,7 +37,7 @@ pub fn prepare(
     model: &Model,
     space: &Space,
     parts: &[Part],
-    findings: &[RecordingSummary],
+    summaries: &[RecordingSummary],
     options: &FitOptions,
 ) -> Result<Prepared, FitError> {
     let simulation = Options {
@@ -52,18 +52,18 @@ pub fn prepare(
         options: simulation,
     };
     let mut segments = Vec::new();
-    for (index, (part, finding)) in parts.iter().zip(findings).enumerate() {
+    for (index, (part, summary)) in parts.iter().zip(summaries).enumerate() {
         let mut recording = Arc::clone(&part.recording);
-        if finding.noise.1.is_none() && recording.cantilever.is_some() {
+        if summary.noise.1.is_none() && recording.cantilever.is_some() {
             // The device has no such point.
             let mut without = (*recording).clone();
             without.cantilever = None;
             recording = Arc::new(without);
         }
         let track = Track::new(model, &recording, options.nuisances.reading_lag)?;
-        let lone = finding.noise.1.is_none();
-        let sigmas = sigmas(model, &simulator, finding);
-        let timeline = finding.timeline(&recording, sigmas.xp);
+        let lone = summary.noise.1.is_none();
+        let sigmas = sigmas(model, &simulator, summary);
+        let timeline = summary.timeline(&recording, sigmas.xp);
         let longest = options
             .longest
             .unwrap_or_else(|| default_length(&simulator, lone));
@@ -132,8 +132,8 @@ pub fn default_length(simulator: &StretchSimulator, lone: bool) -> f64 {
         }
 }
 
-fn sigmas(model: &Model, simulator: &StretchSimulator, finding: &RecordingSummary) -> Sigmas {
-    let xp = finding.noise.0;
+fn sigmas(model: &Model, simulator: &StretchSimulator, summary: &RecordingSummary) -> Sigmas {
+    let xp = summary.noise.0;
     let (phi_p, _) = simulator.flight_shapes();
     let springs = simulator
         .flight_omega2()
@@ -153,7 +153,7 @@ fn sigmas(model: &Model, simulator: &StretchSimulator, finding: &RecordingSummar
     };
     Sigmas {
         xp,
-        xc: finding.noise.1.unwrap_or(xp),
+        xc: summary.noise.1.unwrap_or(xp),
         height: GROUND_LAW_NOISE_SHARE * xp,
         velocity: GROUND_LAW_NOISE_SHARE * xp * slowest,
         force: xp * stiffness,

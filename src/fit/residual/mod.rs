@@ -4,4 +4,6 @@
 pub mod coloured_noise;
 pub mod residual_rows;
 pub(super) mod residuals;
+mod segment_joints;
+pub(crate) mod segment_start;
 pub(crate) mod simulate_segment;

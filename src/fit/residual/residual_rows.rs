@@ -88,8 +88,8 @@ pub struct SegmentContext<'a> {
 }
 
 /// Kinds of a segment's rows, in the order of its residuals.
-pub fn rows(segment: &Segment, setting: &SegmentContext<'_>) -> Vec<Row> {
-    let r = setting.recording;
+pub fn rows(segment: &Segment, context: &SegmentContext<'_>) -> Vec<Row> {
+    let r = context.recording;
     let finite = |values: &[f64]| {
         values[segment.samples.clone()]
             .iter()

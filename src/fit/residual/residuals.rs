@@ -41,7 +41,7 @@ fn law(
 /// [`SimError`] where no simulation is possible.
 pub fn residuals(
     segment: &Segment,
-    setting: &SegmentContext<'_>,
+    context: &SegmentContext<'_>,
     stretcher: &mut Stretcher<'_>,
     nuisances: &Nuisances,
     locals: &[f64],
@@ -54,9 +54,9 @@ pub fn residuals(
         encounters,
         priors,
         rest,
-    } = simulate_segment(segment, setting, stretcher, nuisances, locals)?;
+    } = simulate_segment(segment, context, stretcher, nuisances, locals)?;
     let sim = stretcher.simulator();
-    let (r, s) = (setting.recording, setting.sigmas);
+    let (r, s) = (context.recording, context.sigmas);
     let samples = segment.samples.clone();
     for (i, x) in samples.clone().zip(&xp) {
         if r.proof_mass[i].is_finite() {

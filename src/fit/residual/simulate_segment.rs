@@ -3,64 +3,17 @@
 use std::ops::Range;
 
 use super::residual_rows::{Encounter, Nuisances, PullOff, SegmentContext, SegmentRun};
+use super::segment_joints::{Joints, place_joints};
+use super::segment_start::initial_state;
+use crate::fit::segment::Segment;
 use crate::fit::segment::event_sequence::GroundEvent;
-use crate::fit::segment::{Joint, JointKind, Segment};
-use crate::fit::thresholds::{MAX_SENSOR_FADE, RELEASE_EDGE_SAMPLES};
+use crate::fit::thresholds::RELEASE_EDGE_SAMPLES;
 use crate::model::drive::Segment as Piece;
 use crate::recording::Recording;
-use crate::sim::{Points, SimError, StretchSimulator, StretchState, Stretcher};
+use crate::sim::{SimError, StretchSimulator, StretchState, Stretcher};
 
-/// Share of a lag over which accelerations are estimated by differences.
-const ACCELERATION_LAG_SHARE: f64 = 0.1;
 /// Number of readings that decide where the mass lies.
 const LEVEL_READINGS: usize = 16;
-
-/// Whether the readings lag by so much that a segment begins with the sensor at its first reading.
-pub fn begins_from_reading(segment: &Segment, sim: &StretchSimulator) -> bool {
-    sim.reading_states()
-        .is_some_and(|at| sim.state_rates()[at] * segment.interval < MAX_SENSOR_FADE)
-}
-
-fn points_of(sim: &StretchSimulator, held: Option<f64>, state: &StretchState) -> Points {
-    match held {
-        Some(level) => sim.held_points(level, state),
-        None => sim.flight_points(state),
-    }
-}
-
-/// Output of a first-order lag of `tau` \[s\] for a motion that has always been as at `start`.
-/// For a harmonic motion of frequency w about a middle it is `x - (tau v - tau^2 a) / (1 +
-/// w^2 tau^2)` mode by mode, with the accelerations of the next moment.
-fn lagged_points(
-    stretcher: &mut Stretcher<'_>,
-    pieces: &[Piece],
-    (held, start): (Option<f64>, f64),
-    state: &StretchState,
-    tau: f64,
-) -> Result<Points, SimError> {
-    let sim = stretcher.simulator();
-    let moment = ACCELERATION_LAG_SHARE * tau;
-    let mut later = state.clone();
-    stretcher.propagate(
-        pieces,
-        held,
-        start,
-        start + moment,
-        &mut later,
-        &[],
-        |_, _, _| {},
-    )?;
-    let omega2: Vec<f64> = match held {
-        Some(_) => sim.held_omega2().collect(),
-        None => sim.flight_omega2().collect(),
-    };
-    let mut behind = state.clone();
-    for (k, w2) in omega2.into_iter().enumerate() {
-        let a = (later.v[k] - state.v[k]) / moment;
-        behind.q[k] -= (tau * state.v[k] - tau * tau * a) / (1.0 + w2 * tau * tau);
-    }
-    Ok(points_of(sim, held, &behind))
-}
 
 /// Simulates `segment` with the unknowns `locals`: initial state, then the joints' instants and
 /// velocities, all in the segment's units.
@@ -69,13 +22,13 @@ fn lagged_points(
 /// [`SimError`] where no simulation is possible.
 pub fn simulate_segment(
     segment: &Segment,
-    setting: &SegmentContext<'_>,
+    context: &SegmentContext<'_>,
     stretcher: &mut Stretcher<'_>,
     nuisances: &Nuisances,
     locals: &[f64],
 ) -> Result<SegmentRun, SimError> {
     let sim = stretcher.simulator();
-    let r = setting.recording;
+    let r = context.recording;
     let samples = segment.samples.clone();
     // A reading that lags shows what happened before.
     let skew = nuisances.skew - sim.reading_delay();
@@ -87,10 +40,10 @@ pub fn simulate_segment(
         instants,
         priors,
     } = place_joints(segment, sim, locals, skew)?;
-    let level = ground_level_at_start(segment, setting, sim, nuisances, skew);
+    let level = ground_level_at_start(segment, context, sim, nuisances, skew);
     let state = initial_state(
         segment,
-        setting,
+        context,
         stretcher,
         nuisances,
         locals,
@@ -99,7 +52,7 @@ pub fn simulate_segment(
     let held = segment.starts_held.then_some(level);
     let rest = held.map(|_| sim.rest_state(&pieces, start, held));
     let mut passage = Passage {
-        setting,
+        context,
         nuisances,
         first: samples.start,
         xp: vec![f64::NAN; times.len()],
@@ -135,138 +88,9 @@ pub fn simulate_segment(
     })
 }
 
-/// A segment's joints at the instants that its unknowns give them.
-struct Joints {
-    /// The drive with its edges moved.
-    pieces: Vec<Piece>,
-    /// Instant \[s\], velocity after \[m/s\] and kind of each event.
-    instants: Vec<(f64, f64, GroundEvent)>,
-    /// Distance of each joint from its first guess, in its standard deviations.
-    priors: Vec<f64>,
-}
-
-/// Number of modes that are free where the segment begins: a held mass takes one away.
-fn free_modes(segment: &Segment, sim: &StretchSimulator) -> usize {
-    if segment.starts_held {
-        sim.modes() - 1
-    } else {
-        sim.modes()
-    }
-}
-
-/// Reads the joints' instants from the unknowns and keeps each within its reach.
-///
-/// # Errors
-/// [`SimError::Options`] if the simulator has another number of modes than the segment: that is
-/// another problem, not a step in this one.
-fn place_joints(
-    segment: &Segment,
-    sim: &StretchSimulator,
-    locals: &[f64],
-    skew: f64,
-) -> Result<Joints, SimError> {
-    let value = |i: usize| segment.value(locals, i);
-    let mut pieces = segment.pieces.clone();
-    let modes = sim.modes();
-    let n = free_modes(segment, sim);
-    let own: usize = segment.joints.iter().map(Joint::unknowns).sum();
-    if segment.units.len() != 2 * n + own {
-        return Err(SimError::Options {
-            what: "modes",
-            reason: format!("{modes} of them are not those that the stretch was made for"),
-        });
-    }
-    let mut k = 2 * n;
-    let mut instants = Vec::with_capacity(segment.joints.len());
-    let mut priors = Vec::with_capacity(segment.joints.len());
-    for joint in &segment.joints {
-        // Both kinds are shifted by the reading's clock. If edges went by the drive's clock, a
-        // skew could hardly be distinguished from a shift of all edges of a recording.
-        let away = match joint.what {
-            JointKind::Event(_) => value(k),
-            JointKind::Edge(_) => value(k) + skew,
-        };
-        priors.push(away / joint.sigma);
-        let away = away.clamp(-joint.reach, joint.reach);
-        k += 1;
-        let v_after = match joint.what {
-            JointKind::Event(GroundEvent::Bounce { .. }) => {
-                k += 1;
-                value(k - 1)
-            }
-            _ => 0.0,
-        };
-        match joint.what {
-            JointKind::Edge(piece) => {
-                let low = pieces[piece - 1].start;
-                let high = pieces[piece].end;
-                let at = (joint.time + away).clamp(low + 1e-12, (high - 1e-12).max(low + 1e-12));
-                pieces[piece - 1].end = at;
-                pieces[piece].start = at;
-            }
-            JointKind::Event(kind) => instants.push((joint.time + away + skew, v_after, kind)),
-        }
-    }
-    Ok(Joints {
-        pieces,
-        instants,
-        priors,
-    })
-}
-
-/// State in which a segment begins: modes from its unknowns, the effects' states from the
-/// context, the sensor's memory from the reading where it lasts longer than a sample.
-///
-/// # Errors
-/// [`SimError`] if the motion just after the start cannot be simulated.
-fn initial_state(
-    segment: &Segment,
-    setting: &SegmentContext<'_>,
-    stretcher: &mut Stretcher<'_>,
-    nuisances: &Nuisances,
-    locals: &[f64],
-    (pieces, start, level): (&[Piece], f64, f64),
-) -> Result<StretchState, SimError> {
-    let sim = stretcher.simulator();
-    let r = setting.recording;
-    let value = |i: usize| segment.value(locals, i);
-    let n = free_modes(segment, sim);
-    let mut state = StretchState {
-        q: (0..n).map(value).collect(),
-        v: (n..2 * n).map(value).collect(),
-        z: if setting.states.is_empty() {
-            sim.rest_state(pieces, start, None).z
-        } else {
-            setting.states.to_vec()
-        },
-    };
-    if let Some(at) = sim.reading_states() {
-        // A lag longer than a sample goes on from what was read. A shorter one is where the
-        // motion has brought it, and must not take over the noise.
-        let lasting = begins_from_reading(segment, sim);
-        let on = segment.starts_held.then_some(level);
-        let points = if lasting {
-            points_of(sim, on, &state)
-        } else {
-            let tau = 1.0 / sim.state_rates()[at];
-            lagged_points(stretcher, pieces, (on, start), &state, tau)?
-        };
-        let n = nuisances;
-        let i = segment.samples.start;
-        let begun = |x: f64, shown: Option<f64>, offset: f64, scale: f64| match shown {
-            Some(shown) if lasting && shown.is_finite() => (shown - offset) / scale,
-            _ => x,
-        };
-        let xc = r.cantilever.as_ref().map(|xc| xc[i]);
-        state.z[at] = begun(points.xp, Some(r.proof_mass[i]), n.offset_p, n.scale_p);
-        state.z[at + 1] = begun(points.xc, xc, n.offset_c, n.scale_c);
-    }
-    Ok(state)
-}
-
 /// A segment on its way from event to event.
 struct Passage<'a> {
-    setting: &'a SegmentContext<'a>,
+    context: &'a SegmentContext<'a>,
     nuisances: &'a Nuisances,
     /// Index of the segment's first sample in the recording.
     first: usize,
@@ -303,7 +127,7 @@ impl Passage<'_> {
     ) -> Result<(), SimError> {
         let sim = stretcher.simulator();
         let upto = upto.max(self.next);
-        let epoch = self.setting.epoch;
+        let epoch = self.context.epoch;
         if let Some(before) = self.held
             && let Some(jump) = sim.ground_jump(self.t + epoch, to + epoch)
         {
@@ -313,7 +137,7 @@ impl Passage<'_> {
             self.carry(stretcher, jump, middle.max(self.next))?;
             let shown = self.first + self.next..self.first + upto;
             let levels = [now, before];
-            self.level = shown_level(self.setting.recording, shown, self.nuisances, levels);
+            self.level = shown_level(self.context.recording, shown, self.nuisances, levels);
             // The beam goes on moving relative to the mass.
             self.held = Some(self.level);
         }
@@ -348,7 +172,7 @@ impl Passage<'_> {
 
     /// The mass meets the ground: it bounces with velocity `after`, or stays where that is `None`.
     fn meet_ground(&mut self, sim: &StretchSimulator, after: Option<f64>) {
-        self.level = sim.ground_level(self.t + self.setting.epoch);
+        self.level = sim.ground_level(self.t + self.context.epoch);
         // A mark in the wrong place may find the mass held already.
         if let Some(before) = self.held {
             sim.lift(before, &mut self.state);
@@ -381,7 +205,7 @@ impl Passage<'_> {
             return;
         }
         let (t, level) = (self.t, self.level);
-        let interval = self.setting.recording.interval();
+        let interval = self.context.recording.interval();
         self.encounters.push(Encounter::PullOff(Some(PullOff {
             time: t,
             contact: t - self.since,
@@ -399,14 +223,14 @@ impl Passage<'_> {
 /// readings decide.
 fn ground_level_at_start(
     segment: &Segment,
-    setting: &SegmentContext<'_>,
+    context: &SegmentContext<'_>,
     sim: &StretchSimulator,
     nuisances: &Nuisances,
     skew: f64,
 ) -> f64 {
-    let r = setting.recording;
+    let r = context.recording;
     let from = segment.samples.start;
-    let at = |t: f64| sim.ground_level(t + skew + setting.epoch);
+    let at = |t: f64| sim.ground_level(t + skew + context.epoch);
     let now = at(r.time[from]);
     let landed = segment.since.filter(|_| segment.starts_held).map(at);
     let Some(landed) = landed.filter(|landed| *landed != now) else {

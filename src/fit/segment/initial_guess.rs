@@ -6,7 +6,7 @@ use super::event_sequence::GroundEvent;
 use super::{Cut, JointKind, Segment};
 use crate::sim::{StretchSimulator, StretchState};
 
-/// Units of coordinates, then velocities, of a stretch of `span` \[s\]: motions as large as
+/// Units of coordinates, then velocities, of a segment of `span` \[s\]: motions as large as
 /// the `noise` \[m\].
 pub fn state_units(sim: &StretchSimulator, held: bool, noise: f64, span: f64) -> Vec<f64> {
     let (shapes, omega2): (Vec<f64>, Vec<f64>) = if held {

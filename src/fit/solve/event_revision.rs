@@ -117,7 +117,7 @@ pub fn revise(
                 return None;
             }
             // A single segment may take as long as many iterations of the fit.
-            clock.tell("events read again", problem, point, control);
+            clock.report("revising events", problem, point, control);
             Some(trial.revised(segment, &first[i]))
         })
         .collect();

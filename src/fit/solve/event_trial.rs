@@ -25,13 +25,14 @@ pub(super) struct SegmentMisfit {
     /// Mean cost of its rows.
     pub(super) mean: f64,
     /// Largest mean square of [`SUSPECT_RUN_SAMPLES`] readings in a row.
-    row: f64,
+    worst_run: f64,
 }
 
 impl SegmentMisfit {
     /// Above 1 where it is suspect, with a mean cost that is `usual` for the others.
     pub(super) fn relative_to(self, usual: f64) -> f64 {
-        (self.mean / SUSPECT_MEAN_COST).max(self.row / SUSPECT_RUN_MEAN_SQUARE) / usual.max(1.0)
+        let run = self.worst_run / SUSPECT_RUN_MEAN_SQUARE;
+        (self.mean / SUSPECT_MEAN_COST).max(run) / usual.max(1.0)
     }
 }
 
@@ -44,13 +45,13 @@ pub(super) fn segment_misfit(
     (cost, nuisances): (f64, &Nuisances),
 ) -> SegmentMisfit {
     let mean = cost / problem.rows(segment).len().max(1) as f64;
-    let setting = problem.setting(segment, states);
+    let context = problem.context(segment, states);
     let (mut stretcher, mut r) = (Stretcher::new(simulator), Vec::new());
-    if residuals(segment, &setting, &mut stretcher, nuisances, locals, &mut r).is_err() {
-        let row = f64::INFINITY;
-        return SegmentMisfit { mean, row };
+    if residuals(segment, &context, &mut stretcher, nuisances, locals, &mut r).is_err() {
+        let worst_run = f64::INFINITY;
+        return SegmentMisfit { mean, worst_run };
     }
-    let kinds = rows(segment, &setting);
+    let kinds = rows(segment, &context);
     let worst = |point: Row| {
         let own: Vec<f64> = r
             .iter()
@@ -65,7 +66,7 @@ pub(super) fn segment_misfit(
     };
     SegmentMisfit {
         mean,
-        row: worst(Row::ProofMass).max(worst(Row::Cantilever)),
+        worst_run: worst(Row::ProofMass).max(worst(Row::Cantilever)),
     }
 }
 

@@ -96,7 +96,7 @@ impl Clock {
     }
 
     /// Reports progress without counting an iteration.
-    pub(crate) fn tell(
+    pub(crate) fn report(
         &self,
         stage: &'static str,
         problem: &Problem,
@@ -235,7 +235,7 @@ fn descend(
             "cost {:.3} at damping {damping:.1e}, predicted {predicted:.3} in {tries}, moved {moved}, converged {converged}",
             point.cost
         );
-        clock.tell(plan.stage, problem, &point, control);
+        clock.report(plan.stage, problem, &point, control);
         let finer = fixed.unwrap_or_else(|| point.threshold());
         if finer.0 < 0.9 * huber.0 {
             huber = finer;

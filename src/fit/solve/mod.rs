@@ -12,3 +12,4 @@ pub mod multistart;
 pub(super) mod normal_equations;
 pub(crate) mod point;
 pub(super) mod predicted_events;
+pub(crate) mod start_film;

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use super::event_revision::{is_beyond_revision, revise, set_suspects_aside};
 use super::levenberg_marquardt::{Clock, Control, Plan, Progress, improve};
 use super::point::{Point, settle, threshold};
+use super::start_film::{START_GAP_SHARES, weak_film};
 use crate::fit::error::FitError;
 use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::options::{FitOptions, Part};
@@ -29,11 +30,6 @@ use crate::recording::events::Impact;
 use crate::recording::quantile_in_place;
 use crate::sim::SimError;
 
-/// Thicknesses of the film at contact that are tried, as shares of `dp`.
-const START_GAP_SHARES: [f64; 3] = [0.15, 0.05, 0.5];
-/// Damping by the film at contact at first, as a share of the first mode's frequency: a
-/// film that is too strong would hold the mass where it is.
-const START_DAMPING_SHARE: f64 = 0.1;
 /// Stages of as many iterations as are allowed that an attempt may take.
 const MAX_STAGES: usize = 3;
 /// Iterations that an attempt takes as a rule once it has begun, for the time left.
@@ -45,12 +41,11 @@ const MAX_EVENT_REVISIONS: usize = 2;
 /// Loss at the start: hardly robust, because everything is far off.
 const START_LOSS: Huber = Huber(1e4);
 
-/// The same for what belongs to the recordings alone, and rounds in which segments settle at
-/// first.
+/// Loss at the start where only initial states, events and nuisances are fitted again.
 const RECOVERY_LOSS: Huber = Huber(1e3);
-/// See [`RECOVERY_LOSS`].
+/// Rounds in which segments settle before they are fitted again.
 const RECOVERY_SETTLE_ROUNDS: usize = 6;
-/// Most iterations for that.
+/// Most iterations of fitting initial states, events and nuisances again.
 const MAX_RECOVERY_ITERATIONS: usize = 10;
 
 /// The best fit of `parts`, the problem, and its first guess.
@@ -60,7 +55,7 @@ const MAX_RECOVERY_ITERATIONS: usize = 10;
 pub fn search(
     model: &Model,
     parts: &[Part],
-    findings: &[RecordingSummary],
+    summaries: &[RecordingSummary],
     options: &FitOptions,
     control: &Control<'_>,
     clock: &mut Clock,
@@ -68,7 +63,7 @@ pub fn search(
     let mut start = model.clone();
     let space = Space::new(model, &options.free)?;
     if space.position("dp").is_some() {
-        let mut levels: Vec<f64> = findings
+        let mut levels: Vec<f64> = summaries
             .iter()
             .filter_map(|f| f.level.clone().ok())
             .collect();
@@ -78,7 +73,7 @@ pub fn search(
         }
     }
     if space.position("alpha").is_some()
-        && let Some(alpha) = restitution_of_impacts(parts, findings)
+        && let Some(alpha) = restitution_of_impacts(parts, summaries)
     {
         start.parameters.set(ParameterId::Alpha, alpha);
     }
@@ -105,7 +100,7 @@ pub fn search(
         }
     }
     let try_one = |first: &Model, control: &Control<'_>, clock: &mut Clock| {
-        let (prepared, point) = attempt(first, &space, parts, findings, options, control, clock)?;
+        let (prepared, point) = attempt(first, &space, parts, summaries, options, control, clock)?;
         let aside = point.used.iter().filter(|u| !**u).count() as f64;
         let share = aside / point.used.len().max(1) as f64;
         // Segments that are set aside must not make a bad fit look good.
@@ -158,10 +153,10 @@ pub fn search(
 }
 
 /// Median ratio of the speeds at the clear bounces; `None` below three of them.
-fn restitution_of_impacts(parts: &[Part], findings: &[RecordingSummary]) -> Option<f64> {
+fn restitution_of_impacts(parts: &[Part], summaries: &[RecordingSummary]) -> Option<f64> {
     let mut ratios = Vec::new();
-    for (part, finding) in parts.iter().zip(findings) {
-        let impacts = finding.events(&part.recording).impacts;
+    for (part, summary) in parts.iter().zip(summaries) {
+        let impacts = summary.events(&part.recording).impacts;
         let ratio = |i: &Impact| -i.v_after / i.v_before;
         ratios.extend(
             impacts
@@ -178,12 +173,12 @@ fn attempt(
     start: &Model,
     space: &Space,
     parts: &[Part],
-    findings: &[RecordingSummary],
+    summaries: &[RecordingSummary],
     options: &FitOptions,
     control: &Control<'_>,
     clock: &mut Clock,
 ) -> Result<(Prepared, Point), FitError> {
-    let mut prepared = prepare(start, space, parts, findings, options)?;
+    let mut prepared = prepare(start, space, parts, summaries, options)?;
     relax_ground_laws(&mut prepared, START_LAW_RELAXATION);
     let problem = &prepared.problem;
     let mut x = space.coordinates(start);
@@ -261,7 +256,7 @@ pub(crate) fn revise_events(
 /// The plan in which only unknowns of the recordings are estimated, with `locked` held.
 pub(crate) fn states_plan(locked: &[usize], iterations: usize) -> Plan<'_> {
     Plan {
-        stage: "beginnings and events",
+        stage: "initial states and events",
         iterations: iterations.min(MAX_RECOVERY_ITERATIONS),
         locked,
         enough: 1e-6,
@@ -378,14 +373,7 @@ fn set_start_film(model: &mut Model, space: &Space, share: f64) {
     }
     let thickness = p[ParameterId::Gp] - dp;
     if model.has_ground && space.position("Cs").is_some() {
-        let structure = model.structure();
-        let slowest = structure
-            .modes
-            .iter()
-            .map(|m| m.omega())
-            .fold(f64::INFINITY, f64::min);
-        let weak =
-            START_DAMPING_SHARE * slowest.max(1.0) / structure.mobility() * thickness.powi(3);
+        let weak = weak_film(model) * thickness.powi(3);
         let p = &mut model.parameters;
         let cs = p[ParameterId::Cs];
         p.set(ParameterId::Cs, if cs > 0.0 { cs.min(weak) } else { weak });

@@ -104,23 +104,27 @@ impl TableFit {
             };
             let all = [
                 percent("the mean error of the peaks", before.peak, after.peak),
-                percent("that of the contacts", before.contact, after.contact),
+                percent(
+                    "the mean error of the contacts",
+                    before.contact,
+                    after.contact,
+                ),
                 fewer(
-                    "the cases within 30 % in both",
+                    "the number of cases within 30 % in both",
                     before.both_within_30_percent,
                     after.both_within_30_percent,
                 ),
                 fewer(
-                    "those whose bouncing is foreseen",
+                    "the number of cases whose bouncing is predicted",
                     before.bounce_existence,
                     after.bounce_existence,
                 ),
             ];
-            let said: Vec<String> = all.into_iter().flatten().collect();
-            (!said.is_empty()).then(|| said.join(", "))
+            let changes: Vec<String> = all.into_iter().flatten().collect();
+            (!changes.is_empty()).then(|| changes.join(", "))
         };
         let fitted = worse(&self.before, &self.after)
-            .map(|said| format!("What the fit made worse: {said}."));
+            .map(|changes| format!("The fit made worse: {changes}."));
         let blind: Vec<String> = self
             .left_out
             .iter()
@@ -138,8 +142,8 @@ impl TableFit {
                 blind.join("; ")
             )
         });
-        let said: Vec<String> = fitted.into_iter().chain(blind).collect();
-        (!said.is_empty()).then(|| said.join(" "))
+        let sentences: Vec<String> = fitted.into_iter().chain(blind).collect();
+        (!sentences.is_empty()).then(|| sentences.join(" "))
     }
 
     /// Standard errors of the parameters in SI, in the order of [`FREE_PARAMETERS`], from how much
@@ -356,16 +360,15 @@ mod tests {
         traded.after.bounce_existence = 6;
         traded.left_out[0].before = misfit(0.1, 0.1, 4);
         traded.left_out[0].after = misfit(0.1, 0.1, 2);
-        let said = traded.made_worse().unwrap();
-        assert!(said.contains("that of the contacts from 20 to 25 %") && !said.contains("peaks"));
-        assert!(
-            said.contains("at 5 Hz the cases within 30 % in both from 4 to 2"),
-            "{said}"
-        );
-        assert!(
-            said.contains("those whose bouncing is foreseen from 9 to 6"),
-            "{said}"
-        );
+        let text = traded.made_worse().unwrap();
+        assert!(!text.contains("peaks"), "{text}");
+        for part in [
+            "The fit made worse: the mean error of the contacts from 20 to 25 %",
+            "at 5 Hz the number of cases within 30 % in both from 4 to 2",
+            "the number of cases whose bouncing is predicted from 9 to 6",
+        ] {
+            assert!(text.contains(part), "{text}");
+        }
         traded.after = traded.before;
         traded.left_out.clear();
         assert_eq!(traded.made_worse(), None);

@@ -3,9 +3,11 @@
 //! to the unit cube by mirroring.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+
+use crate::model::sensor::gaussian;
 
 /// How long and how wide to search.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,7 +83,7 @@ pub fn minimize(
         let lengths = eigen.eigenvalues.map(|e| e.max(1e-20).sqrt());
         let shape = &eigen.eigenvectors * DMatrix::from_diagonal(&lengths);
         let draws: Vec<DVector<f64>> = (0..offspring)
-            .map(|_| DVector::from_fn(n, |_, _| normal(&mut rng)))
+            .map(|_| DVector::from_fn(n, |_, _| gaussian(&mut rng)))
             .collect();
         let steps: Vec<DVector<f64>> = draws.iter().map(|z| &shape * z).collect();
         let points: Vec<Vec<f64>> = steps
@@ -140,12 +142,6 @@ fn mirrored(x: f64) -> f64 {
     }
     let x = x.rem_euclid(2.0);
     if x > 1.0 { 2.0 - x } else { x }
-}
-
-/// A standard normal number (Box and Muller).
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let (a, b): (f64, f64) = (rng.random(), rng.random());
-    (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
 }
 
 #[cfg(test)]

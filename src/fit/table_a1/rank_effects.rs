@@ -303,10 +303,10 @@ fn rank_candidates(
         let mut unseen =
             |own: Option<CandidateStrength>| cost(&rows(&search(own, &begun, &shown).1, &hidden));
         let without = unseen(None);
-        for suspect in list.iter_mut().take(CROSS_VALIDATED) {
-            let own = asked.iter().find(|a| a.spec.id == suspect.id);
+        for effect in list.iter_mut().take(CROSS_VALIDATED) {
+            let own = asked.iter().find(|a| a.spec.id == effect.id);
             let with = unseen(own.copied());
-            suspect.left_out.push((left.frequency, without, with));
+            effect.left_out.push((left.frequency, without, with));
         }
     }
     // What was stopped on the way says nothing.

@@ -106,9 +106,9 @@ fn fitted_alone(
     }
     let space = Space::new(model, &free)?;
     let one = std::slice::from_ref(part);
-    let findings = summarize(model, one);
+    let summaries = summarize(model, one);
     let mut begin = model.clone();
-    if let Ok(level) = findings[0].level
+    if let Ok(level) = summaries[0].level
         && level < 0.0
         && model.has_ground
     {
@@ -133,7 +133,7 @@ fn fitted_alone(
         if model.uses(ParameterId::F1) {
             begin.parameters.set(ParameterId::F1, factor * f1);
         }
-        let prepared = prepare(&begin, &space, one, &findings, options)?;
+        let prepared = prepare(&begin, &space, one, &summaries, options)?;
         let point = estimate_states(&prepared, &begin, options, control, clock)?;
         let point = improve(&prepared.problem, point, &plan, control, clock)?;
         let (misfit, _) = misfits(&prepared, &point)?;

@@ -198,7 +198,7 @@ fn remarks(
     for (i, p) in parameters.iter().enumerate() {
         if p.at_bound {
             out.push(format!(
-                "{} is at its bound {}: the recordings ask for more than the model allows",
+                "{} is at its bound {}: the best value lies beyond it",
                 p.id,
                 format_quantity(p.value, p.unit, 4)
             ));

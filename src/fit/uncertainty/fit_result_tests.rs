@@ -25,8 +25,8 @@ fn segments_that_cannot_be_simulated_are_counted_as_set_aside() {
     let parts = [Part::whole(Arc::new(r))];
     let options = FitOptions::for_model(&model);
     let space = Space::new(&model, &options.free).unwrap();
-    let findings = summarize(&model, &parts);
-    let prepared = prepare(&model, &space, &parts, &findings, &options).unwrap();
+    let summaries = summarize(&model, &parts);
+    let prepared = prepare(&model, &space, &parts, &summaries, &options).unwrap();
     let mut x = space.coordinates(&model);
     x.extend_from_slice(&prepared.nuisances);
     let used = vec![true; prepared.segments.len()];

@@ -71,8 +71,8 @@ pub fn profile_of(
         });
     };
     let space = Space::new(&result.model, &fitted)?;
-    let findings = summarize(&result.model, train);
-    let prepared = prepare(&result.model, &space, train, &findings, options)?;
+    let summaries = summarize(&result.model, train);
+    let prepared = prepare(&result.model, &space, train, &summaries, options)?;
     let mut clock = Clock::new(EXPECTED_ESTIMATE_ITERATIONS);
     let point = estimate_states(&prepared, &result.model, options, control, &mut clock)?;
     profile(

@@ -48,8 +48,8 @@ fn added_mode_unknowns(space: &Space, x: &[f64]) -> Vec<usize> {
 pub(crate) fn segment_gradients(
     reduced: &[Option<Reduced>],
 ) -> impl Iterator<Item = (&[usize], DVector<f64>)> {
-    let stretches = reduced.iter().flatten();
-    stretches.map(|r| (&r.columns[..], r.s.tr_mul(&r.c)))
+    let segments = reduced.iter().flatten();
+    segments.map(|r| (&r.columns[..], r.s.tr_mul(&r.c)))
 }
 
 /// Factor, at least 1, by which the sandwich widens each unknown's error. `linearized` is the

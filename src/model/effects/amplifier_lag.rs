@@ -54,7 +54,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ParameterSpec {
             id: "r",
             symbol: "r",
-            name: "time for a volt",
+            name: "inverse slew rate",
             unit: "s/V",
             default: 0.0,
             range: (0.0, 1e-4),

@@ -13,7 +13,7 @@ use crate::model::parameter::{ParameterSpec, Rank, Scale};
 pub static EFFECT: EffectSpec = EffectSpec {
     id: "base_vibration",
     name: "vibration of the base",
-    sentence: "The base shakes steadily, which moves both points, also while the mass is stuck.",
+    sentence: "The base vibrates steadily and moves both points, also while the mass is stuck.",
     law: "F = -M [1, 1] a sin(2 pi f t + phase)",
     source: "base excitation, e.g. Clough and Penzien, Dynamics of Structures, 1993, section 2-5",
     needs: Need::Nothing,

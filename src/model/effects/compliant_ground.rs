@@ -18,7 +18,7 @@ use crate::model::parameter::{ParameterSpec, Rank, Scale};
 pub static EFFECT: EffectSpec = EffectSpec {
     id: "compliant_ground",
     name: "compliant ground",
-    sentence: "The ground gives way: the mass sinks in, contacts take time, and the level while stuck moves with the load.",
+    sentence: "The ground yields: the mass sinks in, contacts take time, and the level while stuck moves with the load.",
     law: "F = k d^1.5 (1 + chi d') - f_a,  d = -dp - xp > 0",
     source: "Hunt and Crossley, J. Appl. Mech. 42, 440 (1975); adhesion as a constant pull-off force while touching: Derjaguin, Muller and Toporov, J. Colloid Interface Sci. 53, 314 (1975)",
     needs: Need::Ground,

@@ -42,7 +42,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
             limits: (-1e25, 1e25),
             scale: Scale::Linear,
             rank: Rank::Advanced,
-            meaning: "the next term: of the other sign than k3 where the spring levels off",
+            meaning: "quintic term; opposite in sign to k3 if the spring levels off",
             equation: "F = -k3 xp^3 - k5 xp^5",
         },
     ],

@@ -16,7 +16,7 @@ use crate::model::parameter::{ParameterSpec, Rank, Scale};
 pub static EFFECT: EffectSpec = EffectSpec {
     id: "dry_friction",
     name: "dry friction",
-    sentence: "Something rubs: a ring dies away along straight lines, and small forces no longer move the mass.",
+    sentence: "A constant force opposes the motion: a ring decays linearly, and small forces no longer move the mass.",
     law: "F = -fc sign(xp'),  |F| <= fc at rest",
     source: "Coulomb friction, e.g. den Hartog, Mechanical Vibrations, 1934, section 8.4",
     needs: Need::Nothing,

@@ -1,4 +1,4 @@
-//! `extra_mode`: a further vibration mode of the structure, and one more beside it.
+//! `extra_mode`: a further vibration mode of the structure, and a second mode beside it.
 //!
 //! Equation: `q'' + 2 zeta w q' + w^2 q = phi . F, x = ... + phi q`.
 //! Source: modal superposition; third bending mode of the Euler-Bernoulli beam of the
@@ -114,38 +114,38 @@ pub static EFFECT: EffectSpec = EffectSpec {
         frequency(
             "f2",
             "f2",
-            "frequency of one more",
+            "frequency of the second mode",
             39.2e3,
             (1e3, 100e3),
-            "undamped natural frequency of one more mode beside the further one",
+            "undamped natural frequency of the second mode",
         ),
         damping(
             "zeta2",
             "ζ2",
-            "damping of one more",
+            "damping of the second mode",
             0.01,
-            "share of critical damping of one more mode",
+            "share of critical damping of the second mode",
         ),
         shape(
             "phi_c2",
             "φc2",
-            "one more at the cantilever",
+            "second mode at the cantilever",
             0.0,
-            "shape of one more mode at the cantilever's centre; it is left out where this and the next are 0",
+            "shape of the second mode at the cantilever's centre; the mode is left out where this and the next are 0",
         ),
         shape(
             "phi_p2",
             "φp2",
-            "one more at the proof mass",
+            "second mode at the proof mass",
             0.0,
-            "shape of one more mode at the proof mass",
+            "shape of the second mode at the proof mass",
         ),
         shape(
             "phi_d2",
             "φd2",
-            "one more at the drive",
+            "second mode at the drive",
             63144.79,
-            "coupling of one more mode to the piezo drive",
+            "coupling of the second mode to the piezo drive",
         ),
     ],
     build: |values, _| {

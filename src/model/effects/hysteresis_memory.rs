@@ -149,15 +149,15 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ParameterSpec {
             id: "m2",
             symbol: "m2",
-            name: "bend of the middle line",
-            meaning: "what the middle line of the loops has beyond that of the branches, even in V",
+            name: "even correction of the mean curve",
+            meaning: "what the mean curve of the loops has beyond that of the branches, even in V",
             equation: MIDDLE,
             ..PLAIN
         },
         ParameterSpec {
             id: "m3",
             symbol: "m3",
-            name: "twist of the middle line",
+            name: "odd correction of the mean curve",
             meaning: "the same, odd in V",
             equation: MIDDLE,
             ..PLAIN

@@ -18,7 +18,7 @@ const TIME_RATIO: f64 = 3.0;
 pub static EFFECT: EffectSpec = EffectSpec {
     id: "piezo_creep",
     name: "piezo creep",
-    sentence: "After each step of the voltage the drive creeps on for a while, in both readings and while stuck.",
+    sentence: "After each step of the voltage the drive force keeps growing slowly; both readings show it, also while the mass is stuck.",
     law: "F = eta (gc + c z + c2 z2),  tau z' = gc - z,  tau2 z2' = gc - z2",
     source: "linear creep operator: Jung and Gweon, Rev. Sci. Instrum. 71, 1896 (2000)",
     needs: Need::Drive,
@@ -26,7 +26,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ParameterSpec {
             id: "c",
             symbol: "c",
-            name: "share of creep",
+            name: "creep share",
             unit: "",
             default: 0.05,
             range: (-0.3, 0.3),
@@ -39,7 +39,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ParameterSpec {
             id: "tau",
             symbol: "τ",
-            name: "time of creep",
+            name: "creep time",
             unit: "s",
             default: 20e-3,
             range: (1e-3, 1.0),
@@ -52,7 +52,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ParameterSpec {
             id: "c2",
             symbol: "c2",
-            name: "share of further creep",
+            name: "second creep share",
             unit: "",
             default: 0.0,
             range: (-0.3, 0.3),
@@ -65,7 +65,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ParameterSpec {
             id: "tau2",
             symbol: "τ2",
-            name: "time of further creep",
+            name: "second creep time",
             unit: "s",
             default: 0.2,
             range: (1e-3, 1.0),

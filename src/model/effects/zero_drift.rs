@@ -21,7 +21,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ParameterSpec {
             id: "a",
             symbol: "a",
-            name: "drift in the end",
+            name: "final drift",
             unit: "m",
             default: 1e-6,
             range: (-20e-6, 20e-6),

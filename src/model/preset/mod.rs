@@ -87,9 +87,8 @@ impl Preset {
         };
         let bytes = std::fs::read(Path::new(name_or_path))
             .map_err(|error| unreadable(error.to_string()))?;
-        let text = String::from_utf8(bytes).map_err(|_| {
-            unreadable("this is no text, and a preset is a text in TOML".to_owned())
-        })?;
+        let text = String::from_utf8(bytes)
+            .map_err(|_| unreadable("this is not text; a preset is a TOML file".to_owned()))?;
         Self::parse(name_or_path, &text)
     }
 

@@ -1,8 +1,9 @@
 use std::f64::consts::TAU;
 
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use crate::model::sensor::gaussian;
 use crate::recording::features::*;
 
 const RATE: f64 = 50e3;
@@ -11,11 +12,6 @@ const AXIS: TimeAxis = TimeAxis::Uniform {
     t0: 0.0,
     dt: 1.0 / RATE,
 };
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let (a, b): (f64, f64) = (rng.random(), rng.random());
-    (-2.0 * (1.0 - a).ln()).sqrt() * (TAU * b).cos()
-}
 
 /// A periodic motion in closed form, shaped like the device under a 50 Hz square of
 /// 8 V: the mass falls at the rise, bounces twice, rests until 0.6 ms after the fall
@@ -110,8 +106,9 @@ fn noise_gaps_and_uneven_sampling_change_little() {
     for (seed, sigma) in [(1, 5e-9), (2, 20e-9), (3, 200e-9)] {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut d = device(10, 0.5);
-        d.x.iter_mut().for_each(|x| *x += sigma * normal(&mut rng));
-        d.v.iter_mut().for_each(|v| *v += 0.01 * normal(&mut rng));
+        d.x.iter_mut()
+            .for_each(|x| *x += sigma * gaussian(&mut rng));
+        d.v.iter_mut().for_each(|v| *v += 0.01 * gaussian(&mut rng));
         d.x[4321] = f64::NAN;
         check(
             &d,
@@ -250,7 +247,7 @@ fn a_slow_sine_that_rests_on_the_ground_is_seen() {
         .collect();
     let x: Vec<f64> = v
         .iter()
-        .map(|v| (-10e-6 * v).max(LEVEL) + 20e-9 * normal(&mut rng))
+        .map(|v| (-10e-6 * v).max(LEVEL) + 20e-9 * gaussian(&mut rng))
         .collect();
     let found = features(AXIS, Some(&v), &x, &FeatureOptions::default());
     assert!(

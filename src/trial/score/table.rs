@@ -217,14 +217,14 @@ impl Table {
         }
         let _ = writeln!(
             out,
-            "\nparameters within {COVERED} standard errors: {}; with what the rig conceals: {}",
+            "\nparameters within {COVERED} standard errors: {}; allowing for the instruments' errors: {}",
             self.coverage.text(),
             self.coverage_with_rig.text()
         );
         if let Some(located) = self.median_located {
             let _ = writeln!(
                 out,
-                "told mismatch where the effect acts, median: {:.0} %",
+                "reported mismatch that lies where the effect acts, median: {:.0} %",
                 100.0 * located
             );
         }

@@ -28,7 +28,7 @@ pub(super) fn show(
     };
     let has_ground = layout.ground.is_some();
     if has_ground {
-        text(painter, at, "lt", moment.regime(), 14.0, regime_color);
+        text(painter, at, "lt", moment.regime(), 13.0, regime_color);
         at.y += 19.0;
     }
     let mut line = |marker: Option<(Color32, f64)>, words: String, color: Color32| {

@@ -169,7 +169,7 @@ impl Moment {
         Some(snapshot.model.parameters[ParameterId::Eta] * gain).filter(|f| f.is_finite())
     }
 
-    /// In words: in flight, in contact and for how long, or pulling off.
+    /// In words: in flight, in contact and for how long, or how strongly it is pulled off.
     pub fn regime(&self) -> String {
         let Some(since) = self.contact_since else {
             return "in flight".to_owned();
@@ -179,12 +179,15 @@ impl Moment {
                 let (prefix, factor) = prefix_for(holds, "N");
                 let number = |force: f64| format_number(force / factor, 3);
                 format!(
-                    "pulling off: {} of {} {prefix}N",
+                    "pull-off force {} of {} {prefix}N",
                     number(pull),
                     number(holds)
                 )
             }
-            _ => format!("in contact {}", format_quantity(self.time - since, "s", 3)),
+            _ => format!(
+                "in contact for {}",
+                format_quantity(self.time - since, "s", 3)
+            ),
         }
     }
 }

@@ -26,7 +26,7 @@ fn state(preset: &str) -> State {
     let drive = Waveform::parse(&setup.preset.drive, setup.preset.duration).unwrap();
     setup.drive = DriveChoice::Waveform(drive);
     setup.overlays.clear();
-    crate::app::state::state(setup, View::default())
+    State::new(setup, View::default())
 }
 
 fn with(mut state: State, trace: Trace) -> State {
@@ -108,7 +108,7 @@ fn the_name_describes_the_motion() {
     assert!(pressed.contains("xp = -58 µm, V = -8 V"), "{pressed}");
     let pulled = label_of(&state, Some(2e-3));
     // Adhesion after 1 ms: 27.43 nN + 1.7 uN/s x 1 ms.
-    assert!(pulled.contains("pulling off: 20 of 29.1 nN"), "{pulled}");
+    assert!(pulled.contains("pull-off force 20 of 29.1 nN"), "{pulled}");
     assert!(label_of(&state, Some(3.5e-3)).contains("in flight"));
     // Times beyond the run show its ends, and no time shows its last sample.
     assert!(label_of(&state, Some(9.0)).contains("xp = 20 µm"));
@@ -124,7 +124,7 @@ fn a_contact_without_end_lasts_to_the_end_of_the_run() {
     trace.events.clear();
     let state = with(state("paper"), trace);
     let end = label_of(&state, None);
-    assert!(end.contains("in contact 3 ms"), "{end}");
+    assert!(end.contains("in contact for 3 ms"), "{end}");
 }
 
 #[test]
@@ -158,7 +158,10 @@ fn one_sample_and_missing_columns_are_drawn() {
     trace.voltage.clear();
     trace.forces = None;
     let label = label_of(&with(state("paper"), trace), Some(2e-3));
-    assert!(label.ends_with("in contact 1 ms, xp = -58 µm"), "{label}");
+    assert!(
+        label.ends_with("in contact for 1 ms, xp = -58 µm"),
+        "{label}"
+    );
 }
 
 #[test]

@@ -128,9 +128,9 @@ impl Readout {
         let has_ground = state.setup.preset.model.has_ground;
         if has_ground && plots.iter().any(|plot| plot.events.is_some()) {
             for (mark, name, color) in [
-                (Mark::Impact, "bounces", palette.impact),
-                (Mark::Stick, "sticks", palette.stick),
-                (Mark::Release, "released", palette.release),
+                (Mark::Impact, "bounce", palette.impact),
+                (Mark::Stick, "stick", palette.stick),
+                (Mark::Release, "release", palette.release),
             ] {
                 entries.push(Entry {
                     color: Some(color),

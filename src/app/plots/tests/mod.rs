@@ -35,7 +35,7 @@ fn empty() -> State {
         pictures: Picture::ALL.into(),
         ..View::default()
     };
-    crate::app::state::state(setup, view)
+    State::new(setup, view)
 }
 
 /// A made-up run of `samples` at 50 kHz.

@@ -60,7 +60,7 @@ fn each_of_many_recordings_has_one_name_for_all_its_curves() {
     for key in [
         "Voltage: V tap-4.csv",
         "Trajectory: xp tap-4.csv",
-        "Residual: res tap-4.csv",
+        "Residual: residual tap-4.csv",
     ] {
         assert!(switched.contains(key), "{key} is not in {switched:?}");
     }

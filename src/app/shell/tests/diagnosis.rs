@@ -96,7 +96,7 @@ fn two_files_lead_to_a_report() {
     // After accepting, the device is the diagnosed one; undo restores the earlier one.
     let before = harness.state().services.state.setup.preset.model.clone();
     harness.run_steps(60);
-    press(&mut harness, "Accept into the model");
+    press(&mut harness, "Apply to the device");
     let state = &harness.state().services.state;
     let found = &state.diagnosing.shown().unwrap().diagnosis.model;
     assert_eq!(state.setup.preset.model, *found);

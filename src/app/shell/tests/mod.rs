@@ -8,7 +8,7 @@ pub(super) mod diagnosis;
 #[cfg(test)]
 pub(super) mod reference_curve;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use eframe::egui::accesskit::Role;
@@ -21,7 +21,7 @@ use crate::app::files::session;
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::Mode;
 use crate::app::shell::options::WindowOptions;
-use crate::app::shell::picture::PictureOutcome;
+use crate::app::shell::screenshot::PictureOutcome;
 use crate::app::simulation::snapshot::Snapshot;
 use crate::model::effects;
 use crate::model::effects::ActiveEffect;
@@ -399,4 +399,29 @@ fn a_moved_recording_of_a_session_can_be_located() {
     let overlays = &second.state().services.state.setup.overlays;
     assert_eq!(overlays[0].recording.path.as_deref(), Some(&*after));
     assert!(second.state().services.state.notices.is_empty());
+}
+
+#[test]
+fn a_missing_recording_can_be_removed_from_its_session() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.csv");
+    std::fs::write(&file, recording(300)).unwrap();
+    let options = |file: &Path| WindowOptions {
+        files: vec![file.to_owned()],
+        ..WindowOptions::default()
+    };
+    let mut first = harness_of(preset("paper"), options(&file));
+    read_all(&mut first);
+    let saved = folder.path().join("s.impactscope.toml");
+    let state = &first.state().services.state;
+    session::save(&saved, &state.setup, &state.view, &[]).unwrap();
+    std::fs::remove_file(&file).unwrap();
+    let mut second = harness_of(preset("paper"), options(&saved));
+    read_all(&mut second);
+    read_all(&mut second);
+    assert_eq!(second.state().services.missing_recordings.len(), 1);
+    second.get_by_label("Remove from session").click();
+    second.run_steps(3);
+    let services = &second.state().services;
+    assert!(services.missing_recordings.is_empty() && services.state.notices.is_empty());
 }

@@ -11,10 +11,10 @@ use crate::app::analysis::diagnosis_view::support;
 use crate::app::widgets::text::{error_color, small};
 use crate::diagnose::Diagnosis;
 use crate::diagnose::diagnosis::{Candidate, NamedEffect};
-use crate::diagnose::report::probability;
 use crate::diagnose::report::words::{
     alike, capitalised, chi2, gain, gain_where_fitted, size, with_error,
 };
+use crate::diagnose::report::{probability, sentences};
 use crate::model::effects::{EffectSpec, find};
 
 /// Width of the bar of a probability \[points\].
@@ -94,7 +94,7 @@ fn tick(ui: &mut Ui, diagnosing: &mut Diagnosing, c: &Candidate) {
         WidgetInfo::selected(Role::CheckBox, !busy, on, label)
     });
     let check = check.on_hover_text(
-        "Tick or untick effects, then press \"Diagnose by hand\" to fit and check exactly those ticked",
+        "Tick or untick effects, then press \"Test ticked effects\" to fit and check exactly those ticked",
     );
     if check.changed() {
         diagnosing.pick(&c.id, on);
@@ -144,12 +144,8 @@ fn details(
     }
     if let Some(effect) = named {
         parameters(ui, effect, spec);
-        for sentence in &effect.evidence {
-            bullet(ui, "+", sentence);
-        }
-        for other in &effect.alike {
-            let name = find(other).map_or(other.as_str(), |s| s.name);
-            ui.label(small(format!("Look-alike: {name}")));
+        for evidence in &effect.evidence {
+            bullet(ui, "+", &sentences::evidence(evidence));
         }
         if let Some(text) = alike(&effect.alike) {
             bullet(ui, "?", &text);
@@ -157,7 +153,7 @@ fn details(
     }
     let sign = if named.is_some() { "+" } else { "-" };
     for remark in c.remarks.iter().filter(|_| compared) {
-        bullet(ui, sign, remark);
+        bullet(ui, sign, &sentences::candidate(remark));
     }
     if named.is_none() && compared {
         numbers(ui, c);

@@ -59,7 +59,7 @@ const STEP_GAP: f32 = 17.0;
 
 /// Draws the workspace.
 pub fn show(ui: &mut Ui, state: &mut State) {
-    Panel::top("diagnose head").show(ui, |ui| verdict_bar::show(ui, state));
+    Panel::top("diagnose verdict bar").show(ui, |ui| verdict_bar::show(ui, state));
     CentralPanel::default().show(ui, |ui| steps(ui, state));
     sealed_trial::show(ui, state);
 }

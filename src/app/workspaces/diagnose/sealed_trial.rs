@@ -40,9 +40,9 @@ fn content(ui: &mut Ui, state: &mut State) {
     match &state.diagnosing.trial.sealed {
         None => {
             ui.label(
-                "The program simulates recordings with a concealed effect, using a different model \
-                 and solver from its own. You may guess the effect. Then the diagnosis looks for \
-                 it from the recordings alone.",
+                "The program simulates recordings with a concealed effect. It uses another model \
+                 and another solver than the diagnosis does. You may guess the effect. Then the \
+                 diagnosis looks for it from the recordings alone.",
             );
             settings(ui, state);
         }
@@ -123,7 +123,7 @@ fn settings(ui: &mut Ui, state: &mut State) {
         ui.colored_label(error_color(ui), error);
     }
     ui.horizontal(|ui| {
-        let text = RichText::new("Conceal an effect").strong();
+        let text = RichText::new("Start the trial").strong();
         let button = ui.add_enabled(!making && !busy, Button::new(text));
         if button
             .on_disabled_hover_text("Wait until the running job has finished")
@@ -162,13 +162,14 @@ fn running(ui: &mut Ui, state: &mut State) {
         };
         ui.label(text);
         if found && !opened {
-            ui.label(small("The tool has answered: no more guesses.").weak());
+            let text = "The diagnosis has answered, so you can no longer guess.";
+            ui.label(small(text).weak());
         }
     } else {
         guess(ui, state);
     }
     ui.add_space(4.0);
-    heading(ui, "3  The tool");
+    heading(ui, "3  The diagnosis");
     match &state.diagnosing.automatic {
         Some(answer) => {
             ui.label(answer_text(&answer.diagnosis));
@@ -283,7 +284,7 @@ fn tally(ui: &mut Ui, tally: Tally) {
     ui.separator();
     let (you, tool) = (tally.person, tally.tool);
     ui.label(format!(
-        "So far: you {} of {}, the tool {} of {}.",
+        "Right so far: you {} of {}, the diagnosis {} of {}.",
         you.0, you.1, tool.0, tool.1
     ))
     .on_hover_text("A look-alike of the concealed effect counts as right");

@@ -31,7 +31,7 @@ pub fn show(ui: &mut Ui, opened: &Opened) {
         );
     }
     score(ui, "You", opened.person);
-    score(ui, "The tool", opened.tool);
+    score(ui, "The diagnosis", opened.tool);
     if opened.seal_holds {
         ui.label(small("The seal holds: the SHA-256 is the one shown at the start.").weak());
     } else {
@@ -49,11 +49,11 @@ fn score(ui: &mut Ui, who: &str, mark: Option<Mark>) {
     };
     let text = match mark {
         Mark::Right => "right",
-        Mark::Group => "right, a look-alike of it",
-        Mark::Part => "half right, one of two",
-        Mark::Abstained => "abstained, no effect named",
-        Mark::Wrong => "wrong, this effect is not present",
-        Mark::FalseAlarm => "false alarm, nothing was concealed",
+        Mark::Group => "right: a look-alike of it",
+        Mark::Part => "partly right: one of two",
+        Mark::Abstained => "abstained: no effect named",
+        Mark::Wrong => "wrong: this effect is not present",
+        Mark::FalseAlarm => "false alarm: nothing was concealed",
     };
     let color = if is_right(mark) {
         style::palette(ui).release

@@ -10,20 +10,10 @@ use crate::app::setup::command::Command;
 use crate::app::setup::overlay::{Overlay, OverlayId, Role};
 use crate::app::state::State;
 use crate::app::widgets::icon::{Icon, icon_button};
+use crate::app::widgets::role_choice::role_choice;
 use crate::app::widgets::text::small;
 use crate::app::workspaces::tune::recordings::remove as remove_recording;
 use crate::model::unit::format_quantity;
-
-/// Roles of a recording: button and explanation.
-const ROLE_CHOICES: [(Role, &str, &str); 3] = [
-    (Role::Train, "fit", "The model is fitted to it"),
-    (
-        Role::HeldOut,
-        "hold out",
-        "Not used for fitting; the result is checked on it",
-    ),
-    (Role::Unused, "ignore", "Not used"),
-];
 
 /// Draws the step.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -69,7 +59,7 @@ fn list(ui: &mut Ui, state: &mut State) {
                 ui.spacing_mut().item_spacing.y = 2.0;
                 name(ui, overlay, busy, &mut removed);
                 ui.add_enabled_ui(!busy, |ui| {
-                    if let Some(role) = choose(ui, overlay, *role) {
+                    if let Some(role) = role_choice(ui, &overlay.recording.name, *role) {
                         chosen = Some((overlay.id, role));
                     }
                 });
@@ -80,8 +70,8 @@ fn list(ui: &mut Ui, state: &mut State) {
     if all.is_empty() {
         ui.label("Drop CSV files with t, V and xp on the window.");
     } else if held_out == 0 {
-        let text = "No recording is held out, so the last third of each is. A second recording with \
-                    another drive is a harder test.";
+        let text = "No recording is held out, so the last third of each is. A separate recording \
+                    with another drive is a stricter check.";
         ui.label(small(text).weak());
     } else if !recording_roles::is_chosen(&state.setup) {
         let which = if recording_roles::are_named(&all) {
@@ -127,7 +117,7 @@ fn name(ui: &mut Ui, overlay: &Overlay, busy: bool, removed: &mut Option<Overlay
                 *removed = Some(overlay.id);
             }
             if overlay.made_up {
-                ui.label(small("simulated").color(ui.visuals().warn_fg_color))
+                ui.label(small("synthetic").color(ui.visuals().warn_fg_color))
                     .on_hover_text("Not a measurement: it comes with the program");
             }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
@@ -138,19 +128,6 @@ fn name(ui: &mut Ui, overlay: &Overlay, busy: bool, removed: &mut Option<Overlay
             });
         });
     });
-}
-
-fn choose(ui: &mut Ui, overlay: &Overlay, role: Role) -> Option<Role> {
-    let mut chosen = role;
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 2.0;
-        ui.spacing_mut().button_padding.x = 5.0;
-        for (choice, text, help) in ROLE_CHOICES {
-            ui.selectable_value(&mut chosen, choice, small(text))
-                .on_hover_text(format!("{}: {help}", overlay.recording.name));
-        }
-    });
-    (chosen != role).then_some(chosen)
 }
 
 fn facts(ui: &mut Ui, overlay: &Overlay, quietest: f64) {
@@ -202,7 +179,7 @@ fn sources(ui: &mut Ui, state: &mut State) {
         && button(
             ui,
             "Try the example",
-            "Nine simulated recordings of a device that differs from the paper's. Your own recordings are ignored; can be undone.",
+            "Nine synthetic recordings of a device that differs from the paper's. Your own recordings are ignored; can be undone.",
             !on_trial && !busy,
         )
     {
@@ -216,7 +193,7 @@ fn sources(ui: &mut Ui, state: &mut State) {
     if button(
         ui,
         text,
-        "The program conceals an effect in simulated recordings. You may guess it, the diagnosis looks for it, then the envelope is opened.",
+        "The program conceals an effect in synthetic recordings. You may guess it, the diagnosis looks for it, then the envelope is opened.",
         !busy || on_trial,
     ) {
         state.diagnosing.trial.open = true;

@@ -112,7 +112,7 @@ fn worst(ui: &mut Ui, look: &mut Look, answer: &Answer) {
     heading(ui, "Intervals with the largest excess residual");
     if d.mismatch.is_empty() {
         ui.label(small(
-            "None: the re-tuned model agrees with the recordings to the noise.",
+            "None: the re-tuned model agrees with the recordings within the noise.",
         ));
         return;
     }
@@ -121,7 +121,7 @@ fn worst(ui: &mut Ui, look: &mut Look, answer: &Answer) {
     }
     let more = d.mismatch.len().saturating_sub(MAX_LISTED_INTERVALS);
     if more > 0 {
-        ui.label(small(format!("{more} more intervals are shorter or weaker.")).weak());
+        ui.label(small(format!("Not listed: {more} weaker.")).weak());
     }
 }
 

@@ -85,7 +85,7 @@ fn list(ui: &mut Ui, state: &mut State, answer: &Answer) {
         let text = if all {
             "Hide improbable effects".to_owned()
         } else {
-            format!("Show {more} improbable effects")
+            format!("Show improbable effects ({more})")
         };
         if ui.button(small(text)).clicked() {
             diagnosing.look.all_candidates = !all;
@@ -113,7 +113,7 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         Verdict::Adequate => (
             1.0,
             "the answer".to_owned(),
-            "The re-tuned model reaches the noise on the held-out recordings, and no effect \
+            "The re-tuned model fits the held-out recordings to within the noise, and no effect \
              improves it significantly. Effects too small for these recordings cannot be \
              ruled out."
                 .to_owned(),
@@ -132,7 +132,8 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
             if d.inadequacy()
                 .is_some_and(|f| matches!(f.kind, FindingKind::FailsHeldOut { .. }))
             {
-                "Re-tuning alone reaches the noise, but an effect improves the fit significantly."
+                "Re-tuning alone reaches the noise. One effect improves the fit significantly, \
+                 but not on held-out recordings."
                     .to_owned()
             } else {
                 "With re-tuning alone the error stays above the noise.".to_owned()
@@ -167,8 +168,8 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
             other_probability,
             probability(other_probability),
             format!(
-                "No difference above the noise remains. But in sealed trials {} of the effects \
-                 that the program named stood for another law.",
+                "No difference above the noise remains. In sealed trials, however, {} of the \
+                 named effects were wrong.",
                 probability(1.0 - CALIBRATED_PRECISION)
             ),
         ),
@@ -227,7 +228,7 @@ fn by_hand(ui: &mut Ui, state: &mut State) {
         .map(|id| find(id).map_or(id.as_str(), |spec| spec.name))
         .collect();
     let text = match names.as_slice() {
-        [] => "By hand: no effect ticked, the model alone".to_owned(),
+        [] => "No effect ticked: tests the model alone".to_owned(),
         names => format!("By hand: {}", listed(names)),
     };
     ui.add(Label::new(small(text)).wrap());
@@ -242,7 +243,7 @@ fn by_hand(ui: &mut Ui, state: &mut State) {
     let mut wanted = false;
     ui.horizontal(|ui| {
         let free = diagnosing.running.is_none();
-        let button = ui.add_enabled(free && !same && !done, Button::new("Diagnose by hand"));
+        let button = ui.add_enabled(free && !same && !done, Button::new("Test ticked effects"));
         let help = if same {
             "These are the effects that the search found: tick others to test them"
         } else if done {

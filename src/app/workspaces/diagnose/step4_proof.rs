@@ -13,11 +13,10 @@ use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::state::State;
 use crate::app::widgets::text::{heading, small};
 use crate::diagnose::Diagnosis;
-use crate::diagnose::diagnosis::BeforeAfter;
+use crate::diagnose::diagnosis::{BeforeAfter, NextExperiment};
 use crate::diagnose::report::rest;
-use crate::diagnose::report::words::{chi2, gain, in_noise, metres};
+use crate::diagnose::report::words::{chi2, gain, in_noise, metres, would_distinguish};
 use crate::model::drive::Waveform;
-use crate::model::effects::find;
 use crate::trial::demo::put_in;
 
 /// Draws the step.
@@ -26,7 +25,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         placeholder(
             ui,
             "Simulation against recordings not used for fitting, before and after, relative to \
-             their noise. Then accept the result into the model, save it, or export the report.",
+             their noise. Then apply the result to the device, save it, or export the report.",
         );
         return;
     };
@@ -94,21 +93,16 @@ fn next(ui: &mut Ui, state: &mut State, answer: &Answer) {
     ui.add_space(4.0);
     heading(ui, "Next experiment");
     let Some(next) = &answer.diagnosis.next_experiment else {
-        ui.label(small(
-            "No further recording is needed to distinguish the candidates.",
-        ));
+        ui.label(small(no_experiment(&answer.diagnosis)));
         return;
     };
-    let name = |id: &str| find(id).map_or(id.to_owned(), |spec| spec.name.to_owned());
-    let (a, b) = (&next.separates.0, &next.separates.1);
     ui.label(small(format!(
-        "Record {}: 0.2 s of it would distinguish {} from {} (difference in chi2 about {}).",
+        "Drive with {}: {} (expected difference in chi2: {}).",
         next.drive,
-        name(a),
-        name(b),
+        would_distinguish(next),
         gain(next.expected)
     )));
-    let drive = Waveform::parse(&next.drive, 0.2).ok();
+    let drive = Waveform::parse(&next.drive, NextExperiment::DURATION).ok();
     let driven = state.setup.preset.model.piezo.is_some();
     let button = ui.add_enabled(
         drive.is_some() && driven,
@@ -121,6 +115,19 @@ fn next(ui: &mut Ui, state: &mut State, answer: &Answer) {
     {
         state.setup.drive = DriveChoice::Waveform(drive);
         state.ask(Command::Workspace(WorkspaceId::Tune));
+    }
+}
+
+/// Why no experiment is proposed.
+fn no_experiment(d: &Diagnosis) -> &'static str {
+    // An effect that was fitted and helps could be distinguished from another, or from nothing.
+    let helps = d.candidates.iter().any(|c| c.gain > 0.0);
+    if d.model.piezo.is_none() {
+        "This device has no drive, so no experiment can be proposed."
+    } else if helps {
+        "No further recording is needed to distinguish the candidates."
+    } else {
+        "No experiment is proposed: there are no two candidates to distinguish."
     }
 }
 
@@ -139,15 +146,16 @@ fn example_truth(ui: &mut Ui, state: &State) {
 fn actions(ui: &mut Ui, state: &mut State) {
     ui.add_space(4.0);
     let on_trial = state.diagnosing.trial.sealed.is_some();
+    let why_not = state.diagnosing.why_not_applied(&state.setup);
     let width = ui.available_width() - 4.0;
-    let text = RichText::new("Accept into the model").strong();
+    let text = RichText::new("Apply to the device").strong();
     let accept = Button::new(text.color(ui.visuals().strong_text_color()))
         .fill(ui.visuals().selection.bg_fill);
     let add = |ui: &mut Ui| ui.add_sized([width, 26.0], accept);
-    let accept = ui.add_enabled_ui(!on_trial, add).inner;
+    let accept = ui.add_enabled_ui(why_not.is_none(), add).inner;
     if accept
         .on_hover_text("Apply the re-tuned values and the new effect to the device (can be undone)")
-        .on_disabled_hover_text("This is the device of a sealed trial, not yours")
+        .on_disabled_hover_text(why_not.unwrap_or_default())
         .clicked()
     {
         state.ask(Command::AcceptDiagnosis);
@@ -176,15 +184,12 @@ fn actions(ui: &mut Ui, state: &mut State) {
             state.ask(Command::ExportDiagnosis);
         }
         let tune = ui.add_sized(half, Button::new("Show in Tune"));
-        if tune
-            .on_hover_text("Open the sliders and curves of the device as accepted")
-            .clicked()
-        {
+        if tune.on_hover_text("Go to the Tune workspace").clicked() {
             state.ask(Command::Workspace(WorkspaceId::Tune));
         }
     });
     if on_trial {
-        ui.add(Label::new(small("The device of a sealed trial cannot be accepted.").weak()).wrap());
+        ui.add(Label::new(small("The device of a sealed trial cannot be applied.").weak()).wrap());
     }
     ui.add_space(4.0);
 }

@@ -62,7 +62,7 @@ fn action(ui: &mut Ui, state: &mut State) {
     ui.horizontal(|ui| {
         let cancel = ui.add_enabled(!running.job.is_cancelled(), Button::new("Cancel"));
         if cancel
-            .on_hover_text("Stop soon and keep the results so far")
+            .on_hover_text(Command::CancelDiagnosis.text().1)
             .clicked()
         {
             state.ask(Command::CancelDiagnosis);
@@ -90,15 +90,7 @@ fn line(progress: Option<&DiagnoseProgress>, cancelled: bool) -> String {
     let Some(p) = progress else {
         return "Reading the recordings".to_owned();
     };
-    let stage = match p.stage {
-        "recordings" => "Reading the recordings",
-        "baseline" => "Re-tuning the model",
-        "ground" => "Reading the contact events",
-        "naming" => "Comparing effects",
-        "evidence" => "Measuring the missing force",
-        "proof" => "Checking on held-out recordings",
-        other => other,
-    };
+    let stage = p.stage_text();
     let detail = if p.detail.is_empty() || p.detail == "re-tuning" {
         String::new()
     } else {
@@ -117,7 +109,7 @@ fn share(progress: Option<&DiagnoseProgress>, cancelled: bool) -> String {
 
 fn answer_or_hint(ui: &mut Ui, state: &mut State) {
     if let Some(error) = &state.diagnosing.error {
-        let text = format!("No diagnosis: {error}");
+        let text = format!("The diagnosis failed: {error}");
         ui.colored_label(error_color(ui), RichText::new(text).size(14.5));
         ui.label(small("Change the recordings or the device, then diagnose again.").weak());
         return;
@@ -151,6 +143,9 @@ fn sentence(answer: &Answer) -> String {
         .iter()
         .map(|id| find(id).map_or(id.as_str(), |spec| spec.name))
         .collect();
+    if names.is_empty() && !d.has_held_out() {
+        return "By hand, the model alone. No recordings were held out to check it.".to_owned();
+    }
     if names.is_empty() {
         return format!(
             "By hand, the model alone: on recordings not used for fitting the error is {} (noise {}).",
@@ -198,18 +193,15 @@ fn notes(ui: &mut Ui, state: &mut State, answer: &Answer) {
 /// Says what to do while there is no answer.
 fn begin(ui: &mut Ui, state: &State) {
     let text = match (&state.diagnosing.running, obstacle(&state.setup)) {
-        (Some(_), _) => "The diagnosis is running; you can go on working meanwhile.".to_owned(),
+        (Some(_), _) => "The diagnosis is running. You can keep working.".to_owned(),
         (None, Some(obstacle)) => obstacle,
-        (None, None) => {
-            "What does the model leave out? Drop recordings on the window and press Diagnose."
-                .to_owned()
-        }
+        (None, None) => "What does the model leave out? Press Diagnose to find out.".to_owned(),
     };
     ui.label(RichText::new(text).size(15.5));
     ui.label(
         small(
-            "It names an effect only if that also improves the held-out recordings; \"nothing\" \
-             and \"unknown\" are possible answers.",
+            "An effect is named only if it also improves the fit to held-out recordings. \
+             \"Nothing\" and \"unknown\" are possible answers.",
         )
         .weak(),
     );

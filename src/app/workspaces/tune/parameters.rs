@@ -88,7 +88,8 @@ fn preset_picker(ui: &mut Ui, state: &mut State) {
             .selected_text(&name)
             .show_ui(ui, |ui| {
                 for preset in default_value::embedded() {
-                    let chosen = preset.model.name == name;
+                    // A preset file may have the name of a built-in preset.
+                    let chosen = preset.model.name == name && *state.setup.original == *preset;
                     let button = ui.selectable_label(chosen, &preset.model.name);
                     if button.on_hover_text(&preset.about).clicked() && !chosen {
                         choose_preset(&mut state.setup, preset);

@@ -7,11 +7,12 @@ use super::table_a1::features;
 use crate::app::analysis::recording_noise;
 use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
+use crate::app::setup::drive_choice::Mode;
 use crate::app::setup::overlay::OverlayId;
 use crate::app::simulation::snapshot::{OverlayComparison, Snapshot};
 use crate::app::state::State;
 use crate::app::widgets::default_value;
-use crate::app::widgets::text::{name_of, short, small};
+use crate::app::widgets::text::{counted, name_of, short, small};
 use crate::model::Model;
 use crate::model::parameter::ParameterSpec;
 use crate::model::unit::{format_number, format_quantity};
@@ -19,7 +20,7 @@ use crate::sim::EventKind;
 
 /// Draws the readouts.
 pub fn show(ui: &mut Ui, state: &mut State) {
-    section(ui, "Fit to the recordings", |ui| match &state.snapshot {
+    section(ui, "Error on the recordings", |ui| match &state.snapshot {
         Some(snapshot) => residuals(ui, state, snapshot),
         None => {
             ui.weak("Nothing has been simulated yet.");
@@ -65,12 +66,13 @@ fn name_label(ui: &mut Ui, state: &State, id: OverlayId) {
 
 fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
     if snapshot.comparisons.is_empty() {
+        let whole_span = Command::SetMode(Mode::WholeSpan);
         ui.weak(if state.setup.overlays.is_empty() {
-            "Open a recording to compare with."
+            "Open a recording to compare with.".to_owned()
         } else if snapshot.live.is_some() {
-            "Recordings are compared in whole-span mode (W)."
+            whole_span.with_keys("Recordings are compared in whole-span mode") + "."
         } else {
-            "All recordings are hidden."
+            "All recordings are hidden.".to_owned()
         });
         return;
     }
@@ -136,13 +138,9 @@ fn events(ui: &mut Ui, snapshot: &Snapshot) {
     let events = &snapshot.trace.events;
     let count = |kind| events.iter().filter(|event| event.kind == kind).count();
     let kinds = [EventKind::Impact, EventKind::Stick, EventKind::Release];
-    let parts = kinds.map(|kind| format!("{} {}", count(kind), plural(kind, count(kind))));
+    let parts = kinds.map(|kind| counted(count(kind), kind.name()));
     ui.label(parts.join(", "))
         .on_hover_text("Events of the simulated run");
-}
-
-fn plural(kind: EventKind, count: usize) -> String {
-    format!("{}{}", kind.name(), if count == 1 { "" } else { "s" })
 }
 
 fn reference_curve(ui: &mut Ui, state: &mut State) {
@@ -154,7 +152,9 @@ fn reference_curve(ui: &mut Ui, state: &mut State) {
     };
     let button = ui.add_enabled(state.snapshot.is_some(), eframe::egui::Button::new(name));
     if button
-        .on_hover_text("Keep the current curve to compare with (G)")
+        .on_hover_text(
+            Command::ToggleReferenceCurve.with_keys("Keep the current curve to compare with"),
+        )
         .clicked()
     {
         state.ask(Command::ToggleReferenceCurve);
@@ -169,7 +169,7 @@ fn reference_curve(ui: &mut Ui, state: &mut State) {
     if rows.is_empty() {
         ui.weak("Same parameters as now.");
     } else {
-        table(ui, "ghost differences", ["", "A", "now"], &rows);
+        table(ui, "reference differences", ["", "A", "now"], &rows);
     }
 }
 

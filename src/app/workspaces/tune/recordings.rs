@@ -16,7 +16,7 @@ use crate::app::state::State;
 use crate::app::widgets::callout;
 use crate::app::widgets::icon::{Icon, icon_button};
 use crate::app::widgets::quantity_field::QuantityField;
-use crate::app::widgets::text::small;
+use crate::app::widgets::text::{counted, small};
 use crate::model::unit::format_quantity;
 use crate::recording::Channel;
 use crate::recording::align::Alignment;
@@ -152,7 +152,7 @@ fn header(ui: &mut Ui, overlay: &mut Overlay, is_selected: bool, edit: &mut Opti
                 *edit = Some(RecordingEdit::Remove(overlay.id));
             }
             if overlay.made_up {
-                let badge = small("simulated").color(ui.visuals().warn_fg_color);
+                let badge = small("synthetic").color(ui.visuals().warn_fg_color);
                 ui.label(badge).on_hover_text(
                     "Not a measurement: simulated with other parameters, as something to tune against.",
                 );
@@ -190,9 +190,8 @@ fn facts(ui: &mut Ui, overlay: &Overlay, quietest: f64) {
         return;
     }
     let count: usize = warnings.iter().map(|w| w.count.max(1)).sum();
-    let plural = if count == 1 { "" } else { "s" };
-    let title =
-        small(format!("{count} warning{plural} from the file")).color(ui.visuals().warn_fg_color);
+    let title = format!("{} from the file", counted(count, "warning"));
+    let title = small(title).color(ui.visuals().warn_fg_color);
     CollapsingHeader::new(title)
         .id_salt("warnings")
         .show_unindented(ui, |ui| {
@@ -320,7 +319,7 @@ fn actions(
             *edit = Some(RecordingEdit::Align);
         }
         let moved = overlay.alignment != Alignment::default();
-        if button(ui, "Reset shift", "No shift, scale 1, no offset", moved) {
+        if button(ui, "Reset alignment", "No shift, scale 1, no offset", moved) {
             overlay.alignment = Alignment::default();
         }
         if overlay.recording.voltage.is_some()

@@ -65,11 +65,7 @@ fn mode(ui: &mut Ui, state: &mut State) {
 
 /// The help of a command with its shortcut.
 fn hint(command: Command) -> String {
-    let (_, help) = command.text();
-    match command.keys() {
-        Some(keys) => format!("{help} ({keys})"),
-        None => help.to_owned(),
-    }
+    command.with_keys(command.text().1)
 }
 
 /// End of the visible recordings after their time shifts \[s\].
@@ -116,7 +112,7 @@ fn whole_span(ui: &mut Ui, state: &mut State) {
     if let Some(end) = recordings_end(&state.setup) {
         let end = end.clamp(SPAN_RANGE.0, SPAN_RANGE.1);
         let fits = (end - state.setup.duration).abs() < 1e-9 * end;
-        let button = ui.add_enabled(!fits, Button::new("Fit to recording"));
+        let button = ui.add_enabled(!fits, Button::new("Match recording length"));
         if button
             .on_hover_text(format!(
                 "Simulate to the end of the recordings, {}",
@@ -133,9 +129,10 @@ fn whole_span(ui: &mut Ui, state: &mut State) {
     }
     if state.fitting.shown {
         ui.colored_label(ui.visuals().warn_fg_color, "showing the fit, not applied")
-            .on_hover_text(
-                "Apply or discard it in the fit panel (F); moving a slider also ends it",
-            );
+            .on_hover_text(format!(
+                "{}; moving a slider also ends it",
+                Command::FitPanel.with_keys("Apply or discard it in the fit panel")
+            ));
     }
 }
 
@@ -215,7 +212,7 @@ fn speed(ui: &mut Ui, state: &mut State, reached: Option<LiveState>) {
         state.view.slow_down = usual;
     }
     moved.response.on_hover_text(format!(
-        "Simulated time per wall time. Double click: {}. Shift: fine steps.",
+        "Simulated time per real time. Double-click: {}. Shift: fine steps.",
         speed_text(usual)
     ));
     let text = match reached {

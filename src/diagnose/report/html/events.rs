@@ -127,7 +127,10 @@ impl Scatter {
         }
         let caption = match left {
             0 => self.caption.to_owned(),
-            n => format!("{} {n} with large errors not drawn.", self.caption),
+            n => format!(
+                "{} {n} points with large errors are not drawn.",
+                self.caption
+            ),
         };
         (plot.finish(), caption)
     }

@@ -10,7 +10,7 @@ mod what;
 use super::svg::escape;
 use super::words::{
     alike, capitalised, gain, in_noise, metres, probability, size, verdict_sentence, with_error,
-    with_named,
+    with_named, would_distinguish,
 };
 use super::{rest, sentences};
 use crate::diagnose::diagnosis::{Diagnosis, Verdict};
@@ -166,12 +166,12 @@ fn next(page: &mut Page, d: &Diagnosis) {
         page.paragraph("No further recording is needed to distinguish the candidates.");
         return;
     };
-    let (a, b) = &next.separates;
     page.raw("<p>Record the drive <code>");
     page.text(&next.drive);
     page.raw("</code>: ");
     page.text(&format!(
-        "0.2 s of it would distinguish {a} from {b}; their chi2 would differ by about {}.",
+        "{}; their chi2 would differ by about {}.",
+        would_distinguish(next),
         gain(next.expected)
     ));
     page.raw("</p>\n");

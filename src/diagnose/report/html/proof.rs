@@ -150,7 +150,7 @@ fn table(page: &mut Page, d: &Diagnosis, kept: &[&ProofOf], fitted: &[&ProofOf])
         "after",
         "",
         "chi2",
-        "neighbours",
+        "lag-1 correlation",
     ];
     let shown = |i: usize| named || !(5..8).contains(&i);
     for (_, head) in heads.iter().enumerate().filter(|(i, _)| shown(*i)) {
@@ -180,7 +180,7 @@ fn table(page: &mut Page, d: &Diagnosis, kept: &[&ProofOf], fitted: &[&ProofOf])
     };
     let sets = [
         ("all held-out", kept, &d.held_out),
-        ("all fitted to", fitted, &d.train),
+        ("all fitted", fitted, &d.train),
     ];
     for (title, these, all) in sets {
         if these.is_empty() {
@@ -201,7 +201,6 @@ fn table(page: &mut Page, d: &Diagnosis, kept: &[&ProofOf], fitted: &[&ProofOf])
     page.raw("</tbody></table></div>\n");
     page.paragraph(
         "chi2 is the mean square of the residuals in units of their noise, 1 where nothing \
-         is missing. Neighbours: correlation of residuals next to each other, near 0 where \
-         they are white.",
+         is missing. Lag-1 correlation: of successive residuals, near 0 for white noise.",
     );
 }

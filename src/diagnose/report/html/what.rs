@@ -3,6 +3,7 @@
 use super::{HALF, Page};
 use crate::diagnose::diagnosis::{Diagnosis, ForceCurve};
 use crate::diagnose::report::ground::law_through;
+use crate::diagnose::report::sentences;
 use crate::diagnose::report::svg::axis::Axis;
 use crate::diagnose::report::svg::escape;
 use crate::diagnose::report::svg::plot::{Dot, Plot};
@@ -71,8 +72,10 @@ fn candidates(page: &mut Page, d: &Diagnosis) {
             page.raw(&format!("<td class=\"n\">{}</td>", escape(&cell)));
         }
         page.raw("<td class=\"why\">");
-        for remark in named.iter().flat_map(|n| &n.evidence).chain(&c.remarks) {
-            page.paragraph(remark);
+        let evidence = named.iter().flat_map(|n| &n.evidence);
+        let remarks = c.remarks.iter().map(sentences::candidate);
+        for sentence in evidence.map(sentences::evidence).chain(remarks) {
+            page.paragraph(&sentence);
         }
         page.raw("</td></tr>\n");
     }

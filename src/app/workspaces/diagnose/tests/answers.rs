@@ -11,10 +11,12 @@ use crate::app::analysis::diagnosis::obstacle;
 use crate::app::analysis::diagnosis_answer::Asked;
 use crate::app::analysis::diagnosis_view::{EventPlot, Evidence};
 use crate::app::setup::command::Command;
+use crate::app::setup::current_setup::choose_preset;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::overlay::Role;
 use crate::app::setup::workspace_id::WorkspaceId;
 use crate::diagnose::report::fixture;
+use crate::model::preset::Preset;
 
 #[test]
 fn without_recordings_it_says_what_to_do() {
@@ -151,14 +153,14 @@ fn an_interval_of_mismatch_can_be_zoomed() {
 #[test]
 fn effects_are_added_by_hand_and_compared() {
     let mut harness = harness(answered(fixture::drag()));
-    press(&mut harness, "Diagnose by hand");
+    press(&mut harness, "Test ticked effects");
     assert!(harness.state().commands.is_empty(), "nothing was changed");
     harness
         .get_by_role_and_label(Kind::CheckBox, "include dry friction")
         .click();
     harness.run_steps(4);
     assert!(says(&harness, "By hand: dry friction and quadratic drag"));
-    press(&mut harness, "Diagnose by hand");
+    press(&mut harness, "Test ticked effects");
     assert_eq!(harness.state().commands, [Command::DiagnoseByHand]);
     // With both results present they can be compared.
     let state = harness.state_mut();
@@ -186,7 +188,7 @@ fn effects_are_added_by_hand_and_compared() {
 fn the_answer_is_used() {
     let mut harness = harness(answered(fixture::drag()));
     for (button, command) in [
-        ("Accept into the model", Command::AcceptDiagnosis),
+        ("Apply to the device", Command::AcceptDiagnosis),
         ("Export report...", Command::ExportReport),
         ("Save as preset...", Command::SaveDiagnosed),
         ("Export JSON...", Command::ExportDiagnosis),
@@ -210,6 +212,18 @@ fn the_answer_is_used() {
 }
 
 #[test]
+fn an_answer_is_applied_to_the_device_that_was_diagnosed() {
+    let mut state = answered(fixture::drag());
+    let oscillator = Preset::embedded("oscillator").unwrap();
+    choose_preset(&mut state.setup, &oscillator);
+    let why_not = state.diagnosing.why_not_applied(&state.setup);
+    assert!(why_not.is_some_and(|text| text.contains("not the one that was diagnosed")));
+    let mut harness = harness(state);
+    press(&mut harness, "Apply to the device");
+    assert!(harness.state().commands.is_empty(), "it is disabled");
+}
+
+#[test]
 fn an_answer_for_other_recordings_is_marked_as_old() {
     let mut state = answered(fixture::drag());
     assert!(!state.diagnosing.is_stale(&state.setup));
@@ -223,7 +237,7 @@ fn an_error_is_shown_in_place_of_the_answer() {
     let mut state = with(&["a.csv"]);
     state.diagnosing.error = Some("a.csv has no contact".to_owned());
     let harness = harness(state);
-    assert!(says(&harness, "No diagnosis: a.csv has no contact"));
+    assert!(says(&harness, "The diagnosis failed: a.csv has no contact"));
 }
 
 #[test]

@@ -14,7 +14,7 @@ use crate::recording::Recording;
 /// The state of a first start without recordings.
 pub fn empty() -> State {
     let setup = built_in::from_preset(Preset::default());
-    crate::app::state::state(setup, View::default())
+    State::new(setup, View::default())
 }
 
 /// A short recording of a decaying oscillation with a constant voltage.

@@ -1,15 +1,18 @@
 //! The sealed trial: the truth must not be visible before the envelope is opened.
 
+use std::sync::Arc;
+
 use eframe::egui::Context;
 use eframe::egui::accesskit::Role as Kind;
 use egui_kittest::kittest::{NodeT, Queryable};
 
 use super::support::with;
 use super::{harness_of, press, says};
-use crate::app::analysis::diagnosis_answer::Asked;
+use crate::app::analysis::diagnosis_answer::{Answer, Asked};
 use crate::app::analysis::sealed_trial::{Guess, Tally};
 use crate::app::flows::sealed_trial::own_setup;
 use crate::app::state::State;
+use crate::diagnose::Verdict;
 use crate::diagnose::report::fixture;
 use crate::trial::{Case, Class, Mix, Settings};
 
@@ -59,16 +62,15 @@ fn the_truth_is_hidden_until_the_envelope_is_open() {
     assert!(!asked.split && format!("{asked:?}").len() > 10);
     assert!(state.setup.preset.model.effects.is_empty());
 
-    // Undo ends the trial.
-    let mut undone = state.clone();
-    undone.setup = own_setup(&state).clone();
-    crate::app::actions::diagnosis::poll(&mut undone, &mut 100);
-    assert!(undone.diagnosing.trial.sealed.is_none());
+    ends_without_its_recordings(state.clone());
 
     let mut harness = harness_of(state, [1440.0, 1300.0]);
     assert!(says(&harness, &seal[..32]));
     press(&mut harness, "Open the envelope");
-    assert!(!says(&harness, "smallest visible"), "not before the tool");
+    assert!(
+        !says(&harness, "smallest visible"),
+        "not before the diagnosis"
+    );
     harness
         .get_by_role_and_label(Kind::CheckBox, "quadratic drag")
         .click();
@@ -99,7 +101,7 @@ fn the_truth_is_hidden_until_the_envelope_is_open() {
     let after = shown(&harness);
     assert!(after.contains(&secret) && after.contains("smallest visible"));
     assert!(says(&harness, "The seal holds"));
-    assert!(says(&harness, "The tool: abstained"));
+    assert!(says(&harness, "The diagnosis: abstained"));
     let tally = harness.state().diagnosing.trial.tally;
     assert_eq!((tally.tool, tally.person.1), ((0, 1), 1));
     // The person's own recordings come back.
@@ -109,6 +111,30 @@ fn the_truth_is_hidden_until_the_envelope_is_open() {
     assert!(state.diagnosing.automatic.is_none());
     assert_eq!(state.diagnosing.trial.tally, tally);
     assert_ne!(tally, Tally::default());
+}
+
+/// Checks that a trial ends with its recordings, and that the person's own answer comes back.
+fn ends_without_its_recordings(mut state: State) {
+    let asked = Asked::of(own_setup(&state), None);
+    let sealed = state.diagnosing.trial.sealed.as_mut().unwrap();
+    sealed.own.automatic = Some(Arc::new(Answer {
+        diagnosis: fixture::drag(),
+        asked,
+    }));
+    let asked = Asked::of(&state.setup, None);
+    state.diagnosing.adopt(fixture::adequate(), asked);
+    // Undo brings the own setup back; recordings can also be removed one by one.
+    let mut undone = state.clone();
+    undone.setup = own_setup(&state).clone();
+    let mut removed = state.clone();
+    removed.setup.overlays.clear();
+    for mut ended in [undone, removed] {
+        crate::app::actions::diagnosis::poll(&mut ended, &mut 100);
+        assert!(ended.diagnosing.trial.sealed.is_none());
+        assert_eq!(ended.setup.overlays[0].recording.name, "mine.csv");
+        let shown = ended.diagnosing.shown().unwrap();
+        assert_eq!(shown.diagnosis.verdict, Verdict::MissingPhysics);
+    }
 }
 
 #[test]

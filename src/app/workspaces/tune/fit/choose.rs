@@ -5,9 +5,11 @@ use std::collections::BTreeSet;
 use eframe::egui::{Grid, Ui};
 
 use crate::app::analysis::fit::candidates;
+use crate::app::analysis::recording_roles;
 use crate::app::plots::frame::style::overlay_color;
 use crate::app::setup::overlay::Role;
 use crate::app::state::State;
+use crate::app::widgets::role_choice::role_choice;
 use crate::app::widgets::text::{heading, short, small};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
@@ -96,40 +98,21 @@ pub fn recordings(ui: &mut Ui, state: &mut State) {
         .num_columns(4)
         .spacing([12.0, 3.0])
         .show(ui, |ui| {
-            for overlay in &state.setup.overlays {
+            for (overlay, role) in recording_roles::of(&state.setup) {
                 let color = overlay_color(ui, overlay.color);
                 let name = &overlay.recording.name;
                 ui.colored_label(color, short(name, 26)).on_hover_text(name);
-                let mut role = state.fitting.role(overlay);
-                let before = role;
                 ui.add_enabled_ui(!busy, |ui| {
-                    ui.horizontal(|ui| {
-                        let choices = [
-                            (Role::Train, "fit", "The parameters are fitted to it"),
-                            (
-                                Role::HeldOut,
-                                "hold out",
-                                "Not used for fitting; the result is checked on it",
-                            ),
-                            (Role::Unused, "ignore", "Not used"),
-                        ];
-                        for (choice, text, help) in choices {
-                            ui.selectable_value(&mut role, choice, text)
-                                .on_hover_text(format!("{name}: {help}"));
-                        }
-                    });
+                    if let Some(role) = role_choice(ui, name, role) {
+                        chosen = Some((overlay.id, role));
+                    }
                 });
-                if role != before {
-                    chosen = Some((overlay.id, role));
-                }
                 any_held_out |= role == Role::HeldOut;
                 ui.end_row();
             }
         });
-    if let Some((id, role)) = chosen
-        && let Some(overlay) = state.setup.overlays.iter_mut().find(|o| o.id == id)
-    {
-        overlay.role = Some(role);
+    if let Some((id, role)) = chosen {
+        recording_roles::choose(&mut state.setup, id, role);
     }
     if !any_held_out {
         ui.label(small("No recording is held out, so the last third of each is.").weak());

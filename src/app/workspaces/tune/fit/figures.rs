@@ -4,13 +4,13 @@ use eframe::egui::{Grid, Ui};
 use egui_plot::{Corner, Legend, Line, LineStyle, Plot, PlotPoints, Points};
 
 use crate::app::plots::frame::style;
-use crate::app::widgets::text::{error_color, small};
+use crate::app::widgets::text::{counted, error_color, small};
 use crate::fit::FitResult;
 use crate::fit::contact_readings::Release;
 use crate::fit::paper_steps::adhesion::Adhesion;
 use crate::fit::paper_steps::drive::DriveFit;
-use crate::fit::paper_steps::far_off;
 use crate::fit::paper_steps::film::Film;
+use crate::fit::paper_steps::model_distance_warning;
 use crate::fit::paper_steps::restitution::Restitution;
 use crate::fit::paper_steps::sensitivity::{Sensitivity, TABLE_2_ROWS};
 use crate::model::parameter::ParameterId;
@@ -107,11 +107,11 @@ pub(super) fn restitution(ui: &mut Ui, found: &Restitution) {
             plot.line(mean.color(palette.proof_mass).width(1.5));
         });
     ui.label(format!(
-        "alpha = {:.4} \u{b1} {:.4}, scatter {:.4} over {} bounces",
+        "alpha = {:.4} \u{b1} {:.4}, scatter {:.4} over {}",
         found.mean,
         found.error,
         found.scatter,
-        found.bounces.len()
+        counted(found.bounces.len(), "bounce")
     ));
     ui.label(small(format!(
         "If alpha is constant, a dependence on speed this strong has probability {:.2}.",
@@ -135,7 +135,7 @@ pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
         .fold(0.0, f64::max);
     for (name, label, height, line_share) in [
         ("step adhesion", "pull-off force [nN]", 220.0, 1.0),
-        ("step adhesion rest", "force - line [nN]", 150.0, 0.0),
+        ("step adhesion rest", "residual force [nN]", 150.0, 0.0),
     ] {
         let on_line = |contact: f64| line_share * found.line.at(contact);
         let curve = |side: f64| -> PlotPoints<'static> {
@@ -185,15 +185,11 @@ pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
         });
     }
     for (name, (value, error), unit) in [("Ca", found.rate, "N/s"), ("Ca0", found.start, "N")] {
-        ui.label(format!(
-            "{name} = {} \u{b1} {}",
-            format_quantity(value, unit, 4),
-            format_quantity(error, unit, 2)
-        ));
+        ui.label(format!("{name} = {}", measured(value, error, unit)));
     }
     ui.label(small(format!(
-        "Line through {} releases; bars: standard errors.",
-        found.releases.len()
+        "Line through {}; bars: standard errors.",
+        counted(found.releases.len(), "release")
     )));
     for sentence in found.set_aside() {
         ui.label(small(format!("Set aside: {sentence}.")));
@@ -203,7 +199,7 @@ pub(super) fn adhesion(ui: &mut Ui, found: &Adhesion) {
 
 /// Warns if the model is too far from the recordings for the readings to be reliable.
 fn warn(ui: &mut Ui, off: f64) {
-    if let Some(sentence) = far_off(off) {
+    if let Some(sentence) = model_distance_warning(off) {
         ui.label(small(sentence).color(error_color(ui)));
     }
 }
@@ -263,12 +259,8 @@ pub(super) fn film(ui: &mut Ui, found: &Film) {
             });
     }
     for p in &found.fit.parameters {
-        ui.label(format!(
-            "{} = {} \u{b1} {}",
-            p.id,
-            format_quantity(p.value, p.unit, 4),
-            format_quantity(p.std_error, p.unit, 2)
-        ));
+        let value = measured(p.value, p.std_error, p.unit);
+        ui.label(format!("{} = {value}", p.id));
     }
     ui.label(format!(
         "rms with the film {}, without {}",
@@ -332,14 +324,20 @@ pub(super) fn sensitivity(ui: &mut Ui, found: &Sensitivity) {
 /// A fitted value with its standard error.
 fn with_error(fit: &FitResult, id: ParameterId) -> String {
     let spec = id.spec();
-    let value = format_quantity(fit.model.parameters[id], spec.unit, 4);
-    let fitted = fit.parameters.iter().find(|p| p.id == spec.id);
-    match fitted.map(|p| p.std_error) {
-        Some(error) if error.is_finite() => {
-            format!("{value} \u{b1} {}", format_quantity(error, spec.unit, 2))
-        }
-        Some(_) => format!("{value}, not determined"),
-        None => format!("{value}, fixed"),
+    let value = fit.model.parameters[id];
+    match fit.parameters.iter().find(|p| p.id == spec.id) {
+        Some(fitted) => measured(value, fitted.std_error, spec.unit),
+        None => format!("{}, fixed", format_quantity(value, spec.unit, 4)),
+    }
+}
+
+/// A value with its standard error, which is infinite if the data do not determine the value.
+fn measured(value: f64, error: f64, unit: &str) -> String {
+    let value = format_quantity(value, unit, 4);
+    if error.is_finite() {
+        format!("{value} \u{b1} {}", format_quantity(error, unit, 2))
+    } else {
+        format!("{value}, not determined")
     }
 }
 

@@ -10,10 +10,11 @@ mod steps;
 
 use eframe::egui::{Button, ScrollArea, Ui, Window};
 
+use crate::app::analysis::recording_roles::with_role;
 use crate::app::setup::command::Command;
 use crate::app::setup::overlay::Role;
 use crate::app::state::State;
-use crate::app::widgets::job_progress::{cancel_button, progress_bar};
+use crate::app::widgets::job_progress::{STOP_HELP, cancel_button, progress_bar};
 use crate::app::widgets::text::{small, time_left};
 use crate::fit::Progress;
 
@@ -67,7 +68,7 @@ fn content(ui: &mut Ui, state: &mut State) {
 fn run(ui: &mut Ui, state: &mut State) {
     if let Some(job) = state.fitting.job.clone() {
         ui.horizontal(|ui| {
-            cancel_button(ui, &job, "Stop soon and keep the best so far");
+            cancel_button(ui, &job, STOP_HELP);
             match job.progress() {
                 Some(progress) => fit_progress(ui, &progress),
                 None => {
@@ -76,7 +77,7 @@ fn run(ui: &mut Ui, state: &mut State) {
                 }
             }
         });
-        ui.checkbox(&mut state.fitting.shown, "Update the curves meanwhile");
+        ui.checkbox(&mut state.fitting.shown, "Show the curves while fitting");
         for doubt in job.progress().iter().flat_map(|p| p.doubts.iter()) {
             ui.label(small(doubt).color(ui.visuals().warn_fg_color));
         }
@@ -93,7 +94,7 @@ fn run(ui: &mut Ui, state: &mut State) {
         }
         match &why_not {
             Some(reason) => ui.weak(reason),
-            None => ui.weak("It starts from the slider values."),
+            None => ui.weak("Starts from the slider values."),
         };
     });
 }
@@ -115,12 +116,7 @@ fn obstacle(state: &State) -> Option<String> {
     if state.setup.overlays.is_empty() {
         return Some("Open a recording to fit to.".to_owned());
     }
-    if !state
-        .setup
-        .overlays
-        .iter()
-        .any(|overlay| fitting.role(overlay) == Role::Train)
-    {
+    if with_role(&state.setup, Role::Train).next().is_none() {
         return Some("Choose at least one recording to fit to.".to_owned());
     }
     if fitting.free(&state.setup).is_empty() {

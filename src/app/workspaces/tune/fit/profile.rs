@@ -6,13 +6,11 @@ use egui_plot::{HLine, Line, Plot, PlotPoints, Points};
 
 use super::choose::symbol;
 use crate::app::state::State;
+use crate::app::widgets::job_progress::cancel_button;
 use crate::app::widgets::text::{error_color, heading, small};
 use crate::fit::FitResult;
+use crate::fit::thresholds::CHI2_95_ONE_DOF;
 use crate::model::unit::prefix_for;
-
-/// Increase of the cost at the 95 % limit: the quantile of chi-square with one degree of
-/// freedom.
-const CHI2_95_PERCENT: f64 = 3.84;
 
 /// Draws the choice, and the profile that was made last.
 pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
@@ -43,9 +41,7 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
         fitting.profile.id = Some(chosen);
         if let Some((_, job)) = &fitting.profile.job {
             ui.spinner();
-            if ui.button("Cancel the profile").clicked() {
-                job.cancel();
-            }
+            cancel_button(ui, job, "Stop and keep the points so far");
         } else if ui
             .button("Profile")
             .on_hover_text("Fix it at values around the best fit and refit the others")
@@ -60,6 +56,10 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
             ui.colored_label(error_color(ui), error);
         }
         Some((id, Ok(points))) => {
+            if fitting.profile.is_incomplete {
+                let text = small("Cancelled: the profile is incomplete.");
+                ui.label(text.color(ui.visuals().warn_fg_color));
+            }
             let unit = result
                 .parameters
                 .iter()
@@ -76,12 +76,12 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
                 .x_grid_spacer(crate::app::widgets::text::round_steps())
                 .x_axis_formatter(crate::app::widgets::text::round_text)
                 .include_y(0.0)
-                .include_y(1.3 * CHI2_95_PERCENT)
+                .include_y(1.3 * CHI2_95_ONE_DOF)
                 .allow_scroll(false)
                 .show(ui, |plot| {
                     plot.line(Line::new("profile", PlotPoints::from(line.clone())).width(1.5));
                     plot.points(Points::new("refitted", line).radius(3.0));
-                    plot.hline(HLine::new("95 %", CHI2_95_PERCENT).width(0.8));
+                    plot.hline(HLine::new("95 %", CHI2_95_ONE_DOF).width(0.8));
                 });
             ui.label(small("Values below the line lie in the 95 % confidence interval. A flat profile means that the data do not determine the parameter.").weak());
         }

@@ -7,6 +7,7 @@ use super::choose::symbol;
 use super::{picture, profile};
 use crate::app::setup::command::Command;
 use crate::app::state::State;
+use crate::app::widgets::result_buttons::{apply_button, discard_button};
 use crate::app::widgets::text::{heading, small};
 use crate::fit::{FitResult, FittedParameter, Misfit};
 use crate::model::unit::{format_number, format_quantity};
@@ -45,28 +46,19 @@ fn apply_or_discard(ui: &mut Ui, state: &mut State) {
         .as_ref()
         .is_some_and(|r| r.model.name == device.name);
     ui.horizontal(|ui| {
-        let apply = ui.add_enabled(fits, Button::new("Apply"));
-        if apply
-            .on_hover_text("Set the sliders to these values (can be undone)")
-            .on_disabled_hover_text("The open device is not the one that was fitted")
-            .clicked()
-        {
+        if apply_button(ui, fits) {
             state.fitting.apply(&mut state.setup);
         }
         let applied = state.fitting.is_applied(&state.setup);
         let undo = ui.add_enabled(applied, Button::new("Undo"));
         if undo
-            .on_hover_text("Undo the last change of the device (Ctrl+Z)")
+            .on_hover_text(Command::Undo.with_keys("Undo the last change of the device"))
             .on_disabled_hover_text("The sliders no longer show the fitted values")
             .clicked()
         {
             state.ask(Command::Undo);
         }
-        let discard = ui.button("Discard");
-        if discard
-            .on_hover_text("Forget this result; the sliders keep their values")
-            .clicked()
-        {
+        if discard_button(ui) {
             state.fitting.discard();
         }
         ui.checkbox(&mut state.fitting.shown, "Show its curves")

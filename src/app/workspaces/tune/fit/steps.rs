@@ -33,9 +33,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         return;
     }
     let context = ui.ctx().clone();
-    state
-        .identification
-        .poll(&state.setup, &state.fitting, &context);
+    state.identification.poll(&state.setup, &context);
     let mut open = true;
     Window::new("Identification, step by step")
         .open(&mut open)
@@ -113,7 +111,7 @@ fn list(ui: &mut Ui, state: &mut State) {
         let what = step.map_or("Reading the recordings", Step::title);
         ui.label(small(what));
         ui.horizontal(|ui| {
-            cancel_button(ui, job, "Stop soon");
+            cancel_button(ui, job, "Stop this step");
             match job.progress() {
                 Some(progress) => super::fit_progress(ui, &progress),
                 None => {
@@ -125,8 +123,7 @@ fn list(ui: &mut Ui, state: &mut State) {
         ui.horizontal(|ui| {
             if ui.button("Check again").clicked() {
                 let context = ui.ctx().clone();
-                let (setup, fitting) = (&state.setup, &state.fitting);
-                state.identification.look(setup, fitting, &context);
+                state.identification.look(&state.setup, &context);
             }
             let text = "Find which steps the recordings allow for the current device.";
             ui.label(small(text).weak());
@@ -134,8 +131,7 @@ fn list(ui: &mut Ui, state: &mut State) {
     }
     if let Some(step) = start {
         let context = ui.ctx().clone();
-        let (setup, fitting) = (&state.setup, &state.fitting);
-        state.identification.start(step, setup, fitting, &context);
+        state.identification.start(step, &state.setup, &context);
     }
 }
 

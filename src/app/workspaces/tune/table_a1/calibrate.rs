@@ -6,13 +6,14 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Button, Grid, Id, RichText, Ui};
+use eframe::egui::{Grid, Id, RichText, Ui};
 
 use super::error_cell::{error, error_cell};
 use super::features::FEATURE_ROWS;
 use crate::app::analysis::job::Job;
 use crate::app::state::State;
-use crate::app::widgets::job_progress::{cancel_button, progress_bar};
+use crate::app::widgets::job_progress::{STOP_HELP, cancel_button, progress_bar};
+use crate::app::widgets::result_buttons::{apply_button, discard_button};
 use crate::app::widgets::text::small;
 use crate::fit::table_a1::calibrate::{
     FREE_PARAMETERS, MAX_GENERATIONS, Misfit, TABLE_LIMITS, TableFit, fit_table,
@@ -77,7 +78,7 @@ impl TableFitState {
 }
 
 fn progress(ui: &mut Ui, job: &Job<TableFitProgress, TableFit>) {
-    cancel_button(ui, job, "Stop soon and keep the best so far");
+    cancel_button(ui, job, STOP_HELP);
     match job.progress() {
         Some((share, left)) => {
             let text = format!("about {:.0} s left", left.as_secs_f64());
@@ -131,19 +132,10 @@ pub fn result(ui: &mut Ui, state: &mut State) {
 fn apply_or_discard(ui: &mut Ui, state: &mut State, found: &TableFit, base: &Model) {
     let model = &mut state.setup.preset.model;
     ui.horizontal(|ui| {
-        let apply = ui.add_enabled(model.name == base.name, Button::new("Apply"));
-        if apply
-            .on_hover_text("Set the sliders to these values (can be undone)")
-            .on_disabled_hover_text("The open device is not the one that was fitted")
-            .clicked()
-        {
+        if apply_button(ui, model.name == base.name) {
             found.apply(model);
         }
-        if ui
-            .button("Discard")
-            .on_hover_text("Forget this result; the sliders keep their values")
-            .clicked()
-        {
+        if discard_button(ui) {
             ui.data_mut(|data| data.insert_temp(key(), TableFitState::default()));
         }
     });

@@ -102,7 +102,10 @@ fn buttons(ui: &mut Ui, state: &mut State) {
         case_picker(ui, &mut state.setup, "reference");
         let all = ui.button("All 16...");
         if all
-            .on_hover_text("All cases at the current parameters, with statistics (T)")
+            .on_hover_text(
+                Command::Validation
+                    .with_keys("All cases at the current parameters, with statistics"),
+            )
             .clicked()
         {
             state.ask(Command::Validation);

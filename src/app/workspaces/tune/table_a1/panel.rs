@@ -168,10 +168,7 @@ fn table(ui: &mut Ui, state: &mut State, rows: &[Row], view: &mut TableView) {
                 let selected = now == Some(row.case);
                 let button = Button::selectable(selected, row.case.name());
                 let button = ui.add(button);
-                if button
-                    .on_hover_text("Set this drive and show the trajectory")
-                    .clicked()
-                {
+                if button.on_hover_text("Set this drive").clicked() {
                     chosen = Some(row.case);
                 }
                 for (figure, kind) in FEATURE_ROWS.iter().enumerate() {

@@ -120,7 +120,7 @@ fn the_drive_editor_opens_as_a_window_and_edits_a_table() {
 #[test]
 fn recordings_are_listed_selected_hidden_and_removed() {
     let mut harness = harness(full());
-    assert!(says(&harness, "simulated"));
+    assert!(says(&harness, "synthetic"));
     assert!(says(&harness, "100 ms at 50 kHz"));
     harness
         .get_by_label("show tapping-15Hz-8V-made-up.csv")
@@ -192,7 +192,7 @@ fn transport_sets_the_span() {
     type_into(&mut harness, "span", "-1 s");
     assert_eq!(harness.state().setup.duration, 0.5);
     assert!(says(&harness, "the span must lie between"));
-    harness.get_by_label("Fit to recording").click();
+    harness.get_by_label("Match recording length").click();
     harness.run_steps(3);
     assert!((harness.state().setup.duration - 0.09998).abs() < 1e-9);
     harness.get_by_label("Live").click();

@@ -20,7 +20,7 @@ use crate::sim::{Event, EventKind, Trace};
 /// The state of a first start without recordings.
 pub fn state() -> State {
     let setup = built_in::from_preset(Preset::default());
-    crate::app::state::state(setup, View::default())
+    State::new(setup, View::default())
 }
 
 /// A recording of a decaying oscillation, 100 ms at 50 kHz, with a voltage.
