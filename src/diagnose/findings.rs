@@ -237,11 +237,9 @@ impl Evidence {
     }
 }
 
-/// What speaks for or against an effect that was compared.
+/// What speaks for or against an effect that was compared and not named.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CandidateRemark {
-    /// It was named.
-    Named,
     /// It would have been named, had names not been refused.
     Refused,
     /// A contact law lowers chi2 of its events too little.

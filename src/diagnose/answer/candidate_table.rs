@@ -88,7 +88,7 @@ fn unnamed_probability(
     }
 }
 
-/// What speaks for or against an effect.
+/// What speaks for or against an effect; for one that is named its evidence does.
 fn remarks(
     spec: &'static EffectSpec,
     decision: &Decision,
@@ -96,7 +96,7 @@ fn remarks(
 ) -> Vec<CandidateRemark> {
     let found = &decision.found;
     if found.state.named.iter().any(|n| n.spec == spec) {
-        return vec![CandidateRemark::Named];
+        return Vec::new();
     }
     if decision.refused.contains(&spec.id) {
         return vec![CandidateRemark::Refused];

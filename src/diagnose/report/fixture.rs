@@ -170,11 +170,11 @@ fn candidates() -> Vec<Candidate> {
             gain: if fitted { 1.02 * score } else { f64::NAN },
             held_out_gain: if fitted { 0.5 * score } else { f64::NAN },
             held_out_chi2,
-            remarks: vec![match (id, fitted) {
-                ("quadratic_drag", _) => CandidateRemark::Named,
-                (_, true) => CandidateRemark::Outweighed,
-                (_, false) => CandidateRemark::NotFitted,
-            }],
+            remarks: match (id, fitted) {
+                ("quadratic_drag", _) => Vec::new(),
+                (_, true) => vec![CandidateRemark::Outweighed],
+                (_, false) => vec![CandidateRemark::NotFitted],
+            },
         }
     })
     .into()

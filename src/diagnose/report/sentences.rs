@@ -264,7 +264,6 @@ pub fn candidate(remark: &CandidateRemark) -> String {
                 1e-3 * frequency
             );
         }
-        CandidateRemark::Named => "it was named: see the evidence above",
         CandidateRemark::Refused => {
             "it fits best, but its name was refused: see what limits this answer"
         }

@@ -150,7 +150,6 @@ fn all_evidence() -> Vec<Evidence> {
 
 fn candidate_remarks() -> Vec<CandidateRemark> {
     let mut all = vec![
-        CandidateRemark::Named,
         CandidateRemark::Refused,
         CandidateRemark::SelfRings(12e3),
         CandidateRemark::Insignificant,

@@ -151,9 +151,8 @@ fn details(
             bullet(ui, "?", &text);
         }
     }
-    let sign = if named.is_some() { "+" } else { "-" };
     for remark in c.remarks.iter().filter(|_| compared) {
-        bullet(ui, sign, &sentences::candidate(remark));
+        bullet(ui, "-", &sentences::candidate(remark));
     }
     if named.is_none() && compared {
         numbers(ui, c);

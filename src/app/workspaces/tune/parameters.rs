@@ -1,7 +1,8 @@
 //! The left panel: device, parameter sliders, drive and effects.
 
 use eframe::egui::{
-    CollapsingHeader, ComboBox, Label, RichText, ScrollArea, Sense, Ui, UiBuilder, vec2,
+    Align, CollapsingHeader, ComboBox, FontSelection, Label, RichText, ScrollArea, Sense, Ui,
+    UiBuilder, WidgetText, vec2,
 };
 
 use super::drive::editor;
@@ -129,7 +130,14 @@ fn about(ui: &mut Ui, setup: &Setup, problem: Option<&Problem>) {
     let whole = text.text().to_owned();
     let mut part = ui.new_child(UiBuilder::new().max_rect(rect));
     part.set_clip_rect(rect.intersect(ui.clip_rect()));
-    part.add(Label::new(text).wrap());
+    let style = part.style().clone();
+    let mut job = WidgetText::from(text)
+        .into_layout_job(&style, FontSelection::Default, Align::Min)
+        .as_ref()
+        .clone();
+    // What does not fit ends in an ellipsis; the tooltip has all of it.
+    job.wrap.max_rows = 2;
+    part.add(Label::new(job).wrap());
     response.on_hover_text(whole);
 }
 
