@@ -9,6 +9,7 @@ use super::device::{Device, TOLERANCE};
 use super::hybrid::run;
 use super::rng::TrialRng;
 use super::voltage::pieces;
+use crate::model::effects;
 use crate::recording::Channel;
 use crate::recording::csv::import_auto;
 use crate::trial::*;
@@ -121,6 +122,15 @@ fn strength_zero_is_the_baseline() {
             }
         }
     }
+}
+
+#[test]
+fn every_effect_of_the_catalogue_can_be_concealed() {
+    let ids: Vec<&str> = effects::CATALOGUE.iter().map(|e| e.id).collect();
+    let missing: Vec<&&str> = ids.iter().filter(|id| !CATALOGUE.contains(id)).collect();
+    assert!(missing.is_empty(), "{missing:?}");
+    let unknown: Vec<&&str> = CATALOGUE.iter().filter(|id| !ids.contains(id)).collect();
+    assert!(unknown.is_empty(), "{unknown:?}");
 }
 
 #[test]

@@ -57,7 +57,7 @@ impl fmt::Display for ExcludedBounces {
             (self.vague, "the hop was too short or too slow"),
             (
                 self.unread,
-                "the segment could not be followed (chatter, or the device does not fit yet)",
+                "the motion could not be followed: the mass chatters, or the device does not fit yet",
             ),
             (self.stayed, "the mass stayed on the ground"),
         ];

@@ -5,7 +5,7 @@
 //! 1. Write one file here. Its header states equation and source. It holds one static
 //!    [`EffectSpec`]: id, name, sentence, parameters with defaults and ranges, and `build`, which
 //!    makes an [`Action`] from values. All that it does not state comes from
-//!    [`EffectSpec::DEFAULT`]. `quadratic_drag.rs` is the shortest example.
+//!    [`EffectSpec::DEFAULT`]. `gravity.rs` is the shortest example.
 //! 2. Implement [`Action`] for what it does: a force, a change of the drive, of the ground, of the
 //!    structure or of the readings. Every method has a default that does nothing. A model in which
 //!    the effect has strength zero must be the baseline (`does_nothing`).

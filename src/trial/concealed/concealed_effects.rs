@@ -29,6 +29,14 @@ pub const CATALOGUE: [&str; 18] = [
     "gravity",
 ];
 
+/// Of [`CATALOGUE`], what a trial conceals only on request. A constant weight goes into the zero.
+const ON_REQUEST: [&str; 1] = ["gravity"];
+
+/// The effects that a trial draws from.
+pub fn drawn_effects() -> impl Iterator<Item = &'static str> {
+    (CATALOGUE.into_iter()).filter(|id| !ON_REQUEST.contains(id))
+}
+
 /// Laws outside the catalogue.
 pub const OUTSIDE: [&str; 9] = [
     "outside_voltage_damping",

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::size::TrialSetup;
 use super::{Case, Mix, Recordings, Settings, TrialError};
 use crate::recording::Recording;
-use crate::trial::concealed::concealed_effects::{CATALOGUE, Choice, OUTSIDE, choose};
+use crate::trial::concealed::concealed_effects::{Choice, OUTSIDE, choose, drawn_effects};
 use crate::trial::concealed::law::Law;
 use crate::trial::device::reference_device::excitations;
 use crate::trial::hybrid::RunError;
@@ -27,16 +27,16 @@ fn conceal(mix: &Mix, rng: &mut TrialRng) -> (Class, Vec<String>) {
         Mix::Standard if lot < 0.9 => Class::Two,
         Mix::Standard => Class::Outside,
     };
-    // A constant weight goes into the zero: it is a decoy only.
-    let shown = CATALOGUE.len() - 1;
+    let drawn: Vec<&str> = drawn_effects().collect();
+    let shown = drawn.len();
     let ids = match (mix, class) {
         (Mix::Effect(id), _) => vec![id.clone()],
         (_, Class::Nothing) => Vec::new(),
-        (_, Class::One) => vec![CATALOGUE[rng.below(shown)].to_owned()],
+        (_, Class::One) => vec![drawn[rng.below(shown)].to_owned()],
         (_, Class::Two) => {
             let first = rng.below(shown);
             let second = (first + 1 + rng.below(shown - 1)) % shown;
-            vec![CATALOGUE[first].to_owned(), CATALOGUE[second].to_owned()]
+            vec![drawn[first].to_owned(), drawn[second].to_owned()]
         }
         (_, Class::Outside) => vec![OUTSIDE[rng.below(OUTSIDE.len())].to_owned()],
     };

@@ -23,7 +23,7 @@ pub struct Search {
 }
 
 impl Search {
-    /// An effect that is not searched for.
+    /// An effect that is found nowhere; `found_by` must be stated.
     pub const DEFAULT: Self = Self {
         found_by: FoundBy::Starts(|_| Vec::new()),
         least_constant: |_| 0.0,
