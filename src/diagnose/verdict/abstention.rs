@@ -309,7 +309,7 @@ mod tests {
         let refusal = little.first_refusal().unwrap();
         let text = crate::diagnose::report::sentences::finding(&refusal);
         assert!(
-            text.contains("70 %") && text.contains("continue no better"),
+            text.contains("70 %") && text.contains("only 50 %"),
             "{text}"
         );
         let swings = AbstentionEvidence {
