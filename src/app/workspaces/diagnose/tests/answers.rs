@@ -85,7 +85,10 @@ fn an_answer_is_stated_in_a_sentence_and_opens_its_plots() {
         assert!(says(&harness, "noise 20 nm"));
         assert!(says(&harness, "Nothing left out"));
         assert!(says(&harness, "Unknown: not in the catalogue"));
-        assert!(says(&harness, "cannot distinguish it from compressible film"));
+        assert!(says(
+            &harness,
+            "cannot distinguish it from compressible film"
+        ));
         // The named effect is opened with the plot that shows it best.
         assert_eq!(harness.state().diagnosing.look.evidence, Evidence::Force);
         assert!(says(&harness, "missing force [nN] against velocity"));
