@@ -142,6 +142,11 @@ pub fn format_quantity(value: f64, base: &str, digits: usize) -> String {
     }
 }
 
+/// A count with what it counts, whose plural ends in s: `1 cell`, `3 cells`.
+pub fn counted(count: usize, singular: &str) -> String {
+    format!("{count} {singular}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Writes a number with `digits` significant digits, without trailing zeros, in
 /// scientific form outside 1e-4..1e6.
 pub fn format_number(value: f64, digits: usize) -> String {

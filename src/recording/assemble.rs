@@ -1,9 +1,9 @@
 //! From columns of numbers to a [`Recording`]: the rules for time, gaps and missing
 //! samples, the same for every format.
 
-use super::error::{ImportError, ImportWarning, WarningKind, counted};
+use super::error::{ImportError, ImportWarning, WarningKind};
 use super::{Channel, Recording, median_interval};
-use crate::model::unit::format_quantity;
+use crate::model::unit::{counted, format_quantity};
 
 /// A step of more than this many median intervals is a gap.
 pub const GAP_FACTOR: f64 = 5.0;

@@ -166,8 +166,3 @@ pub struct ImportWarning {
     /// The whole sentence, for the screen.
     pub message: String,
 }
-
-/// `1 cell`, `3 cells`.
-pub(crate) fn counted(count: usize, singular: &str) -> String {
-    format!("{count} {singular}{}", if count == 1 { "" } else { "s" })
-}

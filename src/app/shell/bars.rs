@@ -14,8 +14,7 @@ use crate::app::setup::command::Command;
 use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::simulation::snapshot::LiveState;
 use crate::app::theme;
-use crate::app::widgets::text::counted;
-use crate::model::unit::format_quantity;
+use crate::model::unit::{counted, format_quantity};
 
 /// Draws menus, workspace tabs and the hint of the first start.
 pub(super) fn menu_bar(services: &mut Services, ui: &mut Ui) {

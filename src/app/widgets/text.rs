@@ -54,11 +54,6 @@ pub(crate) fn heading(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).strong());
 }
 
-/// A number with what it counts, whose plural ends in s.
-pub(crate) fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
 /// Name of a recording; its number if it was removed.
 pub(crate) fn name_of(setup: &Setup, id: OverlayId) -> String {
     let overlay = setup.overlays.iter().find(|overlay| overlay.id == id);

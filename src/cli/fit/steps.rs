@@ -17,7 +17,7 @@ use crate::fit::paper_steps::restitution::Restitution;
 use crate::fit::paper_steps::sensitivity::{Sensitivity, TABLE_2_ROWS, ZERO_SHIFT};
 use crate::fit::{Control, FitError, FitOptions, FitResult};
 use crate::model::Model;
-use crate::model::unit::format_quantity;
+use crate::model::unit::{counted, format_quantity};
 use crate::recording::Recording;
 
 /// What `--step` takes.
@@ -201,13 +201,12 @@ fn bounces(found: &Restitution) -> Outcome {
             b.error
         );
     }
-    let count = found.bounces.len();
     text += &format!(
-        "alpha = {:.4} +- {:.4}, scatter {:.4} over {count} bounce{}\nratio ~ speed^-n with n = {:.3} +- {:.3}: p = {:.3} for a constant ratio\n",
+        "alpha = {:.4} +- {:.4}, scatter {:.4} over {}\nratio ~ speed^-n with n = {:.3} +- {:.3}: p = {:.3} for a constant ratio\n",
         found.mean,
         found.error,
         found.scatter,
-        if count == 1 { "" } else { "s" },
+        counted(found.bounces.len(), "bounce"),
         found.exponent.0,
         found.exponent.1,
         found.constant,

@@ -175,9 +175,11 @@ pub fn evidence(evidence: &Evidence) -> String {
         ),
         Evidence::Gains { fitted, held_out } => match held_out {
             Some(held_out) => format!(
-                "chi2 falls by {fitted:.0} on the fitted and by {held_out:.0} on held-out recordings"
+                "chi2 falls by {} on the fitted and by {} on held-out recordings",
+                gain(*fitted),
+                gain(*held_out)
             ),
-            None => format!("chi2 falls by {fitted:.0} on the fitted recordings"),
+            None => format!("chi2 falls by {} on the fitted recordings", gain(*fitted)),
         },
         Evidence::AfterFitted {
             recording,
@@ -197,7 +199,9 @@ pub fn evidence(evidence: &Evidence) -> String {
                 "held-out recordings"
             };
             format!(
-                "chi2 of the events falls by {fitted:.0} on the fitted and by {held_out:.0} on {on}"
+                "chi2 of the events falls by {} on the fitted and by {} on {on}",
+                gain(*fitted),
+                gain(*held_out)
             )
         }
         Evidence::SequentialTime => {

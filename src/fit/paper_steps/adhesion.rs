@@ -12,13 +12,14 @@
 
 use std::fmt;
 
+use super::StepError;
 use super::line_fit::{Line, robust_line};
-use super::{StepError, counted};
 use crate::fit::contact_readings::{ContactReadings, Release};
 use crate::fit::thresholds::{
     MAX_FORCE_ERROR_SHARE, MIN_CONTACT_SAMPLES, MIN_CONTACT_TIME_RATIO, MIN_RELEASES,
     MIN_STAY_TIME, PRESSED_SIGMAS,
 };
+use crate::model::unit::counted;
 use crate::recording::quantile_in_place;
 
 /// Why a release does not count for the line.
@@ -119,12 +120,12 @@ impl Adhesion {
 fn exclusion_sentences(aside: &[(Release, ExcludedRelease)], unread: usize) -> Vec<String> {
     let sentences = ExcludedRelease::ALL.into_iter().filter_map(|reason| {
         let n = aside.iter().filter(|(_, own)| *own == reason).count();
-        (n > 0).then(|| format!("{} {reason}", counted(n, "release", "releases")))
+        (n > 0).then(|| format!("{} {reason}", counted(n, "release")))
     });
     let unread = (unread > 0).then(|| {
         format!(
             "{} that could not be followed: too far from the model, after too few samples on the ground, or on the ground since before the recording",
-            counted(unread, "release", "releases")
+            counted(unread, "release")
         )
     });
     sentences.chain(unread).collect()

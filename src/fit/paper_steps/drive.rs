@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{StepError, counted};
+use super::StepError;
 use crate::fit::contact_readings::check_readable;
 use crate::fit::error::FitError;
 use crate::fit::inspect::recording_summary::summarize;
@@ -24,6 +24,7 @@ use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::ParameterId;
 use crate::model::piezo::{Branch, Piezo};
 use crate::model::structure::Structure;
+use crate::model::unit::counted;
 use crate::recording::Recording;
 use crate::recording::features::{FeatureOptions, recording_features};
 
@@ -146,7 +147,7 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
                 recording: names(recordings),
                 reason: format!(
                     "{} of slow free motion on the {name} branch{seen}; {needed}",
-                    counted(own.len(), "block", "blocks"),
+                    counted(own.len(), "block"),
                 ),
                 remedy: SLOW_CYCLE_REMEDY,
             }

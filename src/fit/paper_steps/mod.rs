@@ -58,11 +58,6 @@ pub enum StepError {
     },
 }
 
-/// A number with what it counts, singular or plural.
-fn counted(n: usize, one: &str, many: &str) -> String {
-    format!("{n} {}", if n == 1 { one } else { many })
-}
-
 /// A warning if the model is `off` by too many times the noise in the segments that were read.
 pub fn model_distance_warning(off: f64) -> Option<String> {
     (off > MAX_READING_NOISE_RATIO).then(|| {

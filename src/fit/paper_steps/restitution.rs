@@ -5,10 +5,11 @@ use std::fmt;
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use super::StepError;
 use super::line_fit::line;
-use super::{StepError, counted};
 use crate::fit::contact_readings::{Bounce, ContactReadings};
 use crate::fit::thresholds::{MAX_RATIO_ERROR, MIN_BOUNCE_RATIO, MIN_BOUNCES};
+use crate::model::unit::counted;
 
 /// The coefficient of restitution.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,7 +63,7 @@ impl fmt::Display for ExcludedBounces {
             (self.stayed, "the mass stayed on the ground"),
         ];
         let kinds: Vec<String> = (kinds.iter().filter(|(n, _)| *n > 0))
-            .map(|(n, why)| format!("{} not used: {why}", counted(*n, "landing", "landings")))
+            .map(|(n, why)| format!("{} not used: {why}", counted(*n, "landing")))
             .collect();
         if kinds.is_empty() {
             return Ok(());

@@ -12,10 +12,10 @@ use crate::app::setup::overlay::OverlayId;
 use crate::app::simulation::snapshot::{OverlayComparison, Snapshot};
 use crate::app::state::State;
 use crate::app::widgets::default_value;
-use crate::app::widgets::text::{counted, name_of, short, small};
+use crate::app::widgets::text::{name_of, short, small};
 use crate::model::Model;
 use crate::model::parameter::ParameterSpec;
-use crate::model::unit::{format_number, format_quantity};
+use crate::model::unit::{counted, format_number, format_quantity};
 use crate::sim::EventKind;
 
 /// Draws the readouts.

@@ -16,8 +16,8 @@ use crate::app::state::State;
 use crate::app::widgets::callout;
 use crate::app::widgets::icon::{Icon, icon_button};
 use crate::app::widgets::quantity_field::QuantityField;
-use crate::app::widgets::text::{counted, small};
-use crate::model::unit::format_quantity;
+use crate::app::widgets::text::small;
+use crate::model::unit::{counted, format_quantity};
 use crate::recording::Channel;
 use crate::recording::align::Alignment;
 

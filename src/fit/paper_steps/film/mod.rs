@@ -11,7 +11,7 @@ pub(crate) mod rings;
 
 use self::ring_fits::{GAP_COORDINATE, RingFits, STRENGTH_COORDINATE, film_starts};
 use self::rings::{rings_of, simulated_rings};
-use super::{StepError, counted};
+use super::StepError;
 use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::prepare::Prepared;
@@ -21,6 +21,7 @@ use crate::fit::thresholds::MAX_RING_NOISE_RATIO;
 use crate::fit::uncertainty::fit_result::{FitResult, Misfit, misfits, uncertainty};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
+use crate::model::unit::counted;
 use crate::sim::SimError;
 
 /// One curve of the figure, after one release.
@@ -166,7 +167,7 @@ fn add_remarks(fit: &mut FitResult, left: &Misfit, better: bool, break_offs: usi
             if better { "" } else { ", with a film as without one" }
         ));
     }
-    let from = counted(break_offs, "break-off", "break-offs");
+    let from = counted(break_offs, "break-off");
     fit.remarks.push(format!("from {from}"));
 }
 

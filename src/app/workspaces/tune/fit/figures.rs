@@ -4,7 +4,7 @@ use eframe::egui::{Grid, Ui};
 use egui_plot::{Corner, Legend, Line, LineStyle, Plot, PlotPoints, Points};
 
 use crate::app::plots::frame::style;
-use crate::app::widgets::text::{counted, error_color, small};
+use crate::app::widgets::text::{error_color, small};
 use crate::fit::FitResult;
 use crate::fit::contact_readings::Release;
 use crate::fit::paper_steps::adhesion::Adhesion;
@@ -15,7 +15,7 @@ use crate::fit::paper_steps::restitution::Restitution;
 use crate::fit::paper_steps::sensitivity::{Sensitivity, TABLE_2_ROWS};
 use crate::model::parameter::ParameterId;
 use crate::model::piezo::Branch;
-use crate::model::unit::format_quantity;
+use crate::model::unit::{counted, format_quantity};
 
 /// Points of a fitted curve.
 const CURVE_POINTS: usize = 120;
