@@ -1,16 +1,15 @@
 //! Devices and drives from command-line options: `--set`, `--effect`, `--drive`.
 
-use std::sync::Arc;
-
 use anyhow::{Context, bail};
 
 use super::{Failure, wrong_command};
-use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::drive::{DriveReading, Waveform};
 use crate::model::effects::ActiveEffect;
 use crate::model::preset::Preset;
 use crate::model::unit::{format_quantity, parse_quantity};
 use crate::model::{Model, effects};
 use crate::recording::csv::import_voltage;
+use crate::recording::measured_drive::drive_of_samples;
 
 /// Factor outside its slider's range from which a value is odd.
 const ODD_VALUE_FACTOR: f64 = 10.0;
@@ -21,8 +20,12 @@ const KNOWN_VOLTAGE: f64 = 8.0;
 pub fn read_drive(text: &str, duration: f64) -> Result<Waveform, Failure> {
     if let Some(file) = text.strip_prefix("table:") {
         let (time, voltage) = import_voltage(file.as_ref())?;
-        let table = VoltageTable::from_recording(file, time, voltage)?;
-        return Ok(Waveform::Table(Arc::new(table)));
+        return Ok(drive_of_samples(
+            file,
+            time,
+            voltage,
+            DriveReading::Recognised,
+        )?);
     }
     if text == "recorded" {
         return Err(wrong_command(anyhow::anyhow!(

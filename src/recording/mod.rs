@@ -18,6 +18,7 @@ pub(crate) mod grid;
 pub mod lag;
 pub mod level;
 pub mod level_change;
+pub mod measured_drive;
 pub mod noise;
 pub mod rest_positions;
 pub mod ring;
@@ -30,9 +31,13 @@ pub use self::error::{ImportError, ImportWarning, WarningKind};
 pub use self::grid::{Grid, TimeAxis};
 
 use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
+
+use self::measured_drive::{MeasuredDrive, measured_drive};
+use crate::model::drive::{DriveError, DriveReading};
 
 /// One measured quantity of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -115,6 +120,21 @@ pub struct Recording {
     pub warnings: Vec<ImportWarning>,
     /// Kept because it is asked for at every interpolation.
     interval: f64,
+    /// The drive as recognised, computed when first asked for.
+    drive: DriveCache,
+}
+
+/// A drive that was made of a recording's voltage.
+type DriveResult = Result<Arc<MeasuredDrive>, DriveError>;
+
+/// Computed once. A clone starts empty: its voltage may be changed.
+#[derive(Debug, Default)]
+struct DriveCache(OnceLock<Option<DriveResult>>);
+
+impl Clone for DriveCache {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 impl Recording {
@@ -166,6 +186,7 @@ impl Recording {
             cantilever,
             warnings: Vec::new(),
             interval,
+            drive: DriveCache::default(),
         })
     }
 
@@ -314,7 +335,21 @@ impl Recording {
         Some(grid.collect())
     }
 
-    /// The recorded voltage as a drive, `(times [s], volts [V])` without missing
+    /// The drive that acted, from the recorded voltage; `None` if there are not two values of it.
+    /// What is recognised is computed once.
+    #[must_use]
+    pub fn drive(&self, reading: DriveReading) -> Option<DriveResult> {
+        let make = || {
+            let (time, volts) = self.drive_table()?;
+            Some(measured_drive(&self.name, &time, &volts, reading).map(Arc::new))
+        };
+        match reading {
+            DriveReading::Recognised => self.drive.0.get_or_init(make).clone(),
+            _ => make(),
+        }
+    }
+
+    /// The recorded voltage as samples of a drive, `(times [s], volts [V])` without missing
     /// samples; `None` if no voltage was recorded or fewer than two values are left.
     #[must_use]
     pub fn drive_table(&self) -> Option<(Vec<f64>, Vec<f64>)> {

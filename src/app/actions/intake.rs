@@ -7,10 +7,10 @@ use std::sync::Arc;
 use super::save::save;
 use crate::app::analysis::diagnosis::Diagnosing;
 use crate::app::files::event::{FileEvent, Purpose};
-use crate::app::files::session_text::{Loaded, RecordingEntry};
+use crate::app::files::session_text::{Loaded, RecordingEntry, own_drive};
 use crate::app::services::{ReferenceCurveStage, Services};
 use crate::app::setup::current_setup::choose_preset;
-use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::drive_choice::{DriveChoice, OwnDrive};
 use crate::app::setup::notice::About;
 use crate::app::setup::overlay::{Overlay, OverlayId};
 use crate::app::state::Cursors;
@@ -171,11 +171,24 @@ fn add_recording(
     let order = &services.requested_files;
     let rank = |path: &PathBuf| order.iter().position(|asked| asked == path);
     let own_rank = rank(&path);
-    let (alignment, color, visible, role) = match (&entry, former) {
-        (Some(entry), _) => (entry.alignment, entry.color, entry.visible, entry.role),
+    let (alignment, color, visible, role, drive) = match (&entry, former) {
+        // A drive that cannot be read was refused when the session was opened.
+        (Some(entry), _) => (
+            entry.alignment,
+            entry.color,
+            entry.visible,
+            entry.role,
+            own_drive(entry.drive.as_ref(), services.state.setup.duration).unwrap_or_default(),
+        ),
         (None, Some(i)) => {
             let former = &overlays[i];
-            (former.alignment, former.color, true, former.role)
+            (
+                former.alignment,
+                former.color,
+                true,
+                former.role,
+                former.drive.clone(),
+            )
         }
         (None, None) => {
             let recordings = order.iter().filter(|path| !is_toml(path));
@@ -185,7 +198,7 @@ fn add_recording(
                 .chain(0..)
                 .find(|c| overlays.iter().all(|o| o.color != *c))
                 .unwrap_or(0);
-            (Alignment::default(), color, true, None)
+            (Alignment::default(), color, true, None, OwnDrive::default())
         }
     };
     // New data take a new number: results computed for the old number no longer hold.
@@ -201,6 +214,7 @@ fn add_recording(
         recording,
         import: settings,
         alignment,
+        drive,
         visible,
         color,
         made_up: false,

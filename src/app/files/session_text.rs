@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::built_in;
 use crate::app::setup::current_setup::Setup;
-use crate::app::setup::drive_text::DriveEntry;
+use crate::app::setup::drive_choice::OwnDrive;
+use crate::app::setup::drive_text::{DriveEntry, OwnDriveEntry};
 use crate::app::setup::overlay::{Overlay, Role};
 use crate::app::setup::view::View;
 use crate::model::preset::Preset;
@@ -69,6 +70,9 @@ pub struct RecordingEntry {
     pub import: ImportSettings,
     /// Shift and scale.
     pub alignment: Alignment,
+    /// What drives its own run, if it is not its measured voltage as recognised.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<OwnDriveEntry>,
     /// Whether it is drawn.
     pub visible: bool,
     /// Index into the palette.
@@ -124,6 +128,7 @@ fn entry(overlay: &Overlay, folder: &Path) -> RecordingEntry {
         made_up: overlay.made_up,
         import: overlay.import.clone(),
         alignment: overlay.alignment,
+        drive: OwnDriveEntry::of(&overlay.drive),
         visible: overlay.visible,
         color: overlay.color,
         role: overlay.role,
@@ -202,6 +207,7 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
         match built_in::shipped(entry.name.as_deref(), entry.id) {
             Some(overlay) => overlays.push(Overlay {
                 alignment: entry.alignment,
+                drive: own_drive(entry.drive.as_ref(), file.duration)?,
                 visible: entry.visible,
                 color: entry.color,
                 role: entry.role,
@@ -226,6 +232,14 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
         recordings,
         missing,
     })
+}
+
+/// The drive of a recording's own run, as a session has it.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn own_drive(entry: Option<&OwnDriveEntry>, duration: f64) -> Result<OwnDrive, String> {
+    entry.map_or_else(|| Ok(OwnDrive::default()), |e| e.clone().read(duration))
 }
 
 /// Gives recordings with a number already taken a new one, so that a session with duplicate

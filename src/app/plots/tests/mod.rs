@@ -108,6 +108,7 @@ fn recorded(mut state: State) -> State {
         recording: Arc::new(recording.unwrap()),
         import: Default::default(),
         alignment: Default::default(),
+        drive: Default::default(),
         visible: true,
         color: 0,
         made_up: false,

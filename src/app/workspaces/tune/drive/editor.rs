@@ -248,7 +248,7 @@ pub(crate) fn of_kind(setup: &Setup, kind: &str) -> Option<DriveChoice> {
             let quarter = 0.25 / frequency;
             let time = (0..5).map(|i| f64::from(i) * quarter).collect();
             let voltage = vec![0.0, amplitude, 0.0, -amplitude, 0.0];
-            Waveform::Table(VoltageTable::new("edited", time, voltage, 0.0).ok()?.into())
+            Waveform::Table(VoltageTable::new("edited", time, voltage).ok()?.into())
         }
         _ => {
             let with_voltage = setup

@@ -107,7 +107,7 @@ fn the_drive_editor_opens_as_a_window_and_edits_a_table() {
         .setup
         .drive
     {
-        DriveChoice::Waveform(Waveform::Table(table)) => table.samples().0.len(),
+        DriveChoice::Waveform(Waveform::Table(table)) => table.points().unwrap().0.len(),
         other => panic!("{other:?}"),
     };
     assert_eq!(points(&harness), 5);
