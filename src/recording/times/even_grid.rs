@@ -1,0 +1,461 @@
+//! Times that are those of an even clock but for the rounding of their digits.
+//!
+//! The clock is a line `a + k dt` through the intervals that the rounding leaves for each time.
+//! Whether there is one is decided exactly: for each slope the intercepts that are left are the
+//! space between the upper hull of the lower ends and the lower hull of the upper ends, and that
+//! space is a concave function of the slope (J. O'Rourke, Comm. ACM 24, 1981).
+
+use super::sample_index::SampleIndex;
+use super::short_number::Interval;
+
+/// Fewest rows from which a clock is inferred. Below, chance may put rounded times on a line.
+const MIN_CLOCK_ROWS: usize = 16;
+/// A change of a time by less than this share of the sampling interval is no change: between
+/// samples every reading moves a million times as much.
+pub(super) const NEGLIGIBLE_CHANGE_SHARE: f64 = 1e-6;
+/// Largest relative uncertainty of the interval with which a line is the clock: digits that leave
+/// more prove nothing.
+const MAX_INTERVAL_UNCERTAINTY: f64 = 0.01;
+/// Corners of all hulls above which the search is given up, so that work stays bounded. Rounded
+/// even times have some hundreds.
+const MAX_HULL_CORNERS: usize = 400_000;
+/// Halvings of an interval of slopes: to the last bit of an `f64`.
+const SLOPE_HALVINGS: usize = 60;
+
+/// How the times of a file were written, counted from its first row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::recording) struct Printed {
+    /// Lowest decimal place, as a power of ten, in the file's unit.
+    pub last_place: i32,
+    /// Largest number that the digits of one time make without their decimal mark.
+    pub most_digits: u64,
+    /// Power of ten of the file's unit of time.
+    pub unit: i32,
+}
+
+impl Printed {
+    /// Nothing printed yet.
+    pub(in crate::recording) const NONE: Self = Self {
+        last_place: i32::MAX,
+        most_digits: 0,
+        unit: 0,
+    };
+
+    /// Takes note of a number: `digits` is the integer that its digits make, and `place` the power of
+    /// ten of the last. Zero has no last place.
+    #[inline]
+    pub(in crate::recording) fn note(&mut self, digits: u64, place: i32) {
+        if digits > 0 {
+            self.last_place = self.last_place.min(place);
+            self.most_digits = self.most_digits.max(digits);
+        }
+    }
+
+    /// What two parts of a file show together.
+    pub(in crate::recording) fn join(&mut self, other: &Self) {
+        self.last_place = self.last_place.min(other.last_place);
+        self.most_digits = self.most_digits.max(other.most_digits);
+    }
+}
+
+/// The precision to which times were rounded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::recording) enum Precision {
+    /// The digits in the file.
+    Digits,
+    /// Single precision.
+    Single,
+}
+
+/// Even times in place of those in the file.
+#[derive(Debug, Clone)]
+pub(in crate::recording) struct EvenTimes {
+    /// The times \[s\], counted like those in the file.
+    pub time: Vec<f64>,
+    /// What was added to the first time of the file \[s\]; all of `time` is counted from there.
+    pub first_shift: f64,
+    /// The sampling interval \[s\].
+    pub interval: f64,
+    /// Rows whose time changes by more than a millionth of the interval.
+    pub changed: usize,
+    /// The first of them.
+    pub first_changed: usize,
+    /// Largest change of a time \[s\].
+    pub largest_change: f64,
+}
+
+/// What the times say of the clock.
+#[derive(Debug, Clone)]
+pub(in crate::recording) enum Evenness {
+    /// The times are those of an even clock as they stand.
+    Even,
+    /// They are within the rounding.
+    Rounded(EvenTimes, Precision),
+    /// They are not.
+    Uneven,
+}
+
+/// Judges times \[s\] that do not decrease. `start` is the instant in the file of `time` = 0
+/// \[s\]: what was stored in single precision may be the sum.
+pub(in crate::recording) fn even_grid(
+    time: &[f64],
+    start: f64,
+    printed: Printed,
+    index: &SampleIndex,
+) -> Evenness {
+    let (Some(first), Some(last)) = (time.first(), time.last()) else {
+        return Evenness::Uneven;
+    };
+    let mean = index.mean_interval(time);
+    if !(mean > 0.0 && mean.is_finite()) {
+        return Evenness::Uneven;
+    }
+    let even = |i: usize| (time[i] - first - index.tick(i) as f64 * mean).abs();
+    if index.counts_rows() && (0..time.len()).all(|i| even(i) <= NEGLIGIBLE_CHANGE_SHARE * mean) {
+        return Evenness::Even;
+    }
+    if time.len() < MIN_CLOCK_ROWS {
+        return Evenness::Uneven;
+    }
+    let largest = first.abs().max(last.abs());
+    // A line between ends that are each within their rounding.
+    let furthest = index
+        .runs()
+        .flat_map(|run| {
+            let begin = time[run.start];
+            run.map(move |i| (time[i] - begin - index.tick(i) as f64 * mean).abs())
+        })
+        .fold(0.0, f64::max);
+    let hypotheses = [
+        (Precision::Digits, 0.0),
+        (Precision::Single, 0.0),
+        (Precision::Single, start),
+    ];
+    let different = if start == 0.0 { 2 } else { 3 };
+    for (precision, from) in hypotheses.into_iter().take(different) {
+        let rounding = Rounding {
+            precision,
+            from,
+            ..Rounding::of_digits(printed, largest)
+        };
+        // With one run the mean line is off by at most the rounding of its ends.
+        let widest = rounding.half_width(*first).max(rounding.half_width(*last));
+        if index.counts_rows() && furthest > 2.001 * widest {
+            continue;
+        }
+        let Some(times) = Clock::search(time, index, mean, &|i| rounding.half_width(time[i]))
+        else {
+            continue;
+        };
+        if !rounding.explains(time) {
+            continue;
+        }
+        return if times.largest_change <= NEGLIGIBLE_CHANGE_SHARE * times.interval {
+            Evenness::Even
+        } else {
+            Evenness::Rounded(times, precision)
+        };
+    }
+    Evenness::Uneven
+}
+
+/// How far a time may lie from its rounded value.
+struct Rounding {
+    precision: Precision,
+    /// What single precision held is the time and this \[s\].
+    from: f64,
+    /// Half of the last place \[s\].
+    places: f64,
+    /// Significant digits.
+    digits: i32,
+    /// Whether the largest times have fewer places than the others, because their digits are
+    /// counted from the front.
+    significant: bool,
+    /// Power of ten of the file's unit.
+    unit: i32,
+    /// Rounding of the arithmetic here \[s\].
+    arithmetic: f64,
+}
+
+impl Rounding {
+    /// The rounding by the digits alone of times up to `largest` \[s\].
+    fn of_digits(printed: Printed, largest: f64) -> Self {
+        let digits = printed.most_digits.checked_ilog10().map_or(1, |d| d + 1) as i32;
+        let place = printed.last_place.saturating_add(printed.unit);
+        let top = largest.log10().floor() as i32;
+        Self {
+            precision: Precision::Digits,
+            from: 0.0,
+            places: 0.5 * 10f64.powi(place),
+            digits,
+            significant: top - digits + 1 > place,
+            unit: printed.unit,
+            arithmetic: 2.0 * spacing(largest),
+        }
+    }
+
+    /// Half of the rounding interval around the time `t` \[s\].
+    fn half_width(&self, t: f64) -> f64 {
+        let stored = match self.precision {
+            Precision::Digits => 0.0,
+            // Half a step when it was stored, in the file's unit, and as much again when it was
+            // written with the fewest digits that identify it.
+            Precision::Single => {
+                let unit = 10f64.powi(self.unit);
+                single_spacing((t + self.from) / unit) * unit
+            }
+        };
+        self.printed(t) + stored + self.arithmetic
+    }
+
+    /// Half of the last place of the time `t` \[s\].
+    fn printed(&self, t: f64) -> f64 {
+        let mut printed = self.places;
+        if self.significant && t != 0.0 {
+            let top = t.abs().log10().floor() as i32;
+            printed = printed.max(0.5 * 10f64.powi(top - self.digits + 1));
+        }
+        printed
+    }
+
+    /// Whether the times are numbers of the precision: within their digits of one, or its shortest
+    /// text.
+    fn explains(&self, time: &[f64]) -> bool {
+        if self.precision == Precision::Digits {
+            return true;
+        }
+        let unit = 10f64.powi(self.unit);
+        time.iter().all(|t| {
+            let whole = t + self.from;
+            let single = (whole / unit) as f32;
+            let tolerance = self.arithmetic + 2.0 * spacing(whole);
+            let is = |x: f64| (x * unit - whole).abs() <= tolerance;
+            (f64::from(single) * unit - whole).abs() <= self.printed(*t) + tolerance
+                || single.to_string().parse().is_ok_and(is)
+        })
+    }
+}
+
+/// Distance from `|x|` to the next `f64`.
+fn spacing(x: f64) -> f64 {
+    let x = x.abs();
+    f64::from_bits(x.to_bits() + 1) - x
+}
+
+/// Distance from `|x|` to the next `f32`.
+fn single_spacing(x: f64) -> f64 {
+    let x = (x as f32).abs();
+    f64::from(f32::from_bits(x.to_bits() + 1)) - f64::from(x)
+}
+
+/// A corner of a hull: tick, and distance from the mean line \[s\].
+type Corner = (f64, f64);
+
+/// The intercepts that the rounding leaves in one run.
+struct Corridor {
+    rows: std::ops::Range<usize>,
+    /// Lower hull of the upper ends.
+    upper: Vec<Corner>,
+    /// Upper hull of the lower ends.
+    lower: Vec<Corner>,
+}
+
+impl Corridor {
+    /// The intercepts `(least, largest)` \[s\] at a slope that is `slope` above the mean \[s\]; none are
+    /// left if the first is the larger.
+    fn intercepts(&self, slope: f64) -> (f64, f64) {
+        let at = |(tick, distance): &Corner| distance - slope * tick;
+        let lowest = self.lower.iter().map(at).fold(f64::NEG_INFINITY, f64::max);
+        let highest = self.upper.iter().map(at).fold(f64::INFINITY, f64::min);
+        (lowest, highest)
+    }
+}
+
+/// Puts `corner` on a hull whose corners turn one way: `side` is 1 for a lower hull, -1 for an
+/// upper one.
+fn push_corner(hull: &mut Vec<Corner>, corner: Corner, side: f64) {
+    while let [.., a, b] = hull[..] {
+        let turn = (b.0 - a.0) * (corner.1 - a.1) - (b.1 - a.1) * (corner.0 - a.0);
+        if side * turn > 0.0 {
+            break;
+        }
+        hull.pop();
+    }
+    hull.push(corner);
+}
+
+/// The search for an even clock.
+struct Clock {
+    corridors: Vec<Corridor>,
+}
+
+impl Clock {
+    /// Even times through all rounding intervals, if there are any.
+    fn search(
+        time: &[f64],
+        index: &SampleIndex,
+        mean: f64,
+        half_width: &dyn Fn(usize) -> f64,
+    ) -> Option<EvenTimes> {
+        let mut corners = 0;
+        let mut corridors = Vec::new();
+        let (mut widest, mut longest) = (0.0f64, 1.0f64);
+        for rows in index.runs() {
+            let begin = time[rows.start];
+            let (mut upper, mut lower) = (Vec::new(), Vec::new());
+            for i in rows.clone() {
+                let tick = index.tick(i) as f64;
+                let distance = (-tick).mul_add(mean, time[i] - begin);
+                let half = half_width(i);
+                widest = widest.max(half);
+                longest = longest.max(tick);
+                push_corner(&mut upper, (tick, distance + half), 1.0);
+                push_corner(&mut lower, (tick, distance - half), -1.0);
+            }
+            corners += upper.len() + lower.len();
+            if corners > MAX_HULL_CORNERS {
+                return None;
+            }
+            corridors.push(Corridor { rows, upper, lower });
+        }
+        let clock = Self { corridors };
+        let (low, high) = clock.slopes(widest, longest)?;
+        let (low, high) = (mean + low, mean + high);
+        if !(low > 0.0 && high - low <= MAX_INTERVAL_UNCERTAINTY * low) {
+            return None;
+        }
+        clock.times(time, index, mean, Interval::within(low, high))
+    }
+
+    /// Space that a slope leaves in the narrowest corridor \[s\]; negative if it leaves none.
+    fn space(&self, slope: f64) -> f64 {
+        let space = |corridor: &Corridor| {
+            let (low, high) = corridor.intercepts(slope);
+            high - low
+        };
+        self.corridors.iter().map(space).fold(f64::INFINITY, f64::min)
+    }
+
+    /// All slopes above the mean that leave space \[s\], from the least to the largest. `widest` is
+    /// the largest half of a rounding interval, `longest` the ticks of the longest run.
+    fn slopes(&self, widest: f64, longest: f64) -> Option<(f64, f64)> {
+        // In the longest run a line within the rounding is this near to that of its ends.
+        let run = self.corridors.iter().max_by(|a, b| {
+            let ticks = |c: &Corridor| c.upper.last().map_or(0.0, |corner| corner.0);
+            ticks(a).total_cmp(&ticks(b))
+        })?;
+        let last = run.upper.last()?;
+        let near = (last.1 - widest) / longest;
+        let reach = 4.0 * widest / longest;
+        let (mut low, mut high) = (near - reach, near + reach);
+        // Concave: the third that is lower does not hold the top.
+        for _ in 0..3 * SLOPE_HALVINGS {
+            let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+            let (at_a, at_b) = (self.space(a), self.space(b));
+            if at_a >= 0.0 || at_b >= 0.0 {
+                let inside = if at_a >= at_b { a } else { b };
+                let edge = |outside: f64| self.edge(inside, outside);
+                return Some((edge(near - reach), edge(near + reach)));
+            }
+            if at_a < at_b {
+                low = a;
+            } else {
+                high = b;
+            }
+        }
+        None
+    }
+
+    /// The last slope that leaves space between `inside`, which does, and `outside`.
+    fn edge(&self, mut inside: f64, mut outside: f64) -> f64 {
+        for _ in 0..SLOPE_HALVINGS {
+            let middle = 0.5 * (inside + outside);
+            if self.space(middle) >= 0.0 {
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+        }
+        inside
+    }
+
+    /// The times of the clock. Where the rounding leaves a choice of the first instant of a run, it
+    /// is the one in the file, or the nearest to it.
+    fn times(
+        &self,
+        time: &[f64],
+        index: &SampleIndex,
+        mean: f64,
+        interval: Interval,
+    ) -> Option<EvenTimes> {
+        let seconds = interval.seconds();
+        let first = *time.first()?;
+        let mut builder = Builder::new(time, seconds);
+        for corridor in &self.corridors {
+            let (low, high) = corridor.intercepts(seconds - mean);
+            let shift = if low <= high {
+                0.0f64.clamp(low, high)
+            } else {
+                0.5 * (low + high)
+            };
+            let begin = time[corridor.rows.start] - first;
+            for i in corridor.rows.clone() {
+                builder.push(begin, shift, interval.times(index.tick(i)));
+            }
+        }
+        builder.finish()
+    }
+}
+
+/// Even times, as they are compared with those of the file one after the other.
+pub(super) struct Builder<'a> {
+    from: &'a [f64],
+    negligible: f64,
+    first_shift: Option<f64>,
+    times: EvenTimes,
+}
+
+impl<'a> Builder<'a> {
+    /// For times that replace `from`, every `interval` \[s\].
+    pub(super) fn new(from: &'a [f64], interval: f64) -> Self {
+        Self {
+            from,
+            negligible: NEGLIGIBLE_CHANGE_SHARE * interval,
+            first_shift: None,
+            times: EvenTimes {
+                time: Vec::with_capacity(from.len()),
+                first_shift: 0.0,
+                interval,
+                changed: 0,
+                first_changed: 0,
+                largest_change: 0.0,
+            },
+        }
+    }
+
+    /// The next time: of a run that begins `begin` after the first row by the file, and `shift`
+    /// later by the clock, after `elapsed` \[s\].
+    pub(super) fn push(&mut self, begin: f64, shift: f64, elapsed: f64) {
+        let first_shift = *self.first_shift.get_or_insert(shift);
+        let times = &mut self.times;
+        let row = times.time.len();
+        // The first run adds nothing to whole intervals, so that they are rounded once.
+        let new = self.from[0] + ((begin + (shift - first_shift)) + elapsed);
+        let change = (new + first_shift - self.from[row]).abs();
+        if change > self.negligible {
+            if times.changed == 0 {
+                times.first_changed = row;
+            }
+            times.changed += 1;
+        }
+        times.largest_change = times.largest_change.max(change);
+        times.time.push(new);
+    }
+
+    /// The times, if they increase.
+    pub(super) fn finish(mut self) -> Option<EvenTimes> {
+        self.times.first_shift = self.first_shift.unwrap_or(0.0);
+        let increasing = self.times.time.windows(2).all(|w| w[1] > w[0]);
+        increasing.then_some(self.times)
+    }
+}
