@@ -81,7 +81,11 @@ pub(super) fn assemble(
     if let Some(kept) = &keep {
         check_direction(kept, rows - missing_times, &report)?;
     }
-    count_missing_cells(&mut columns, keep.as_ref().map(|k| &k.keep[..]), &mut report)?;
+    count_missing_cells(
+        &mut columns,
+        keep.as_ref().map(|k| &k.keep[..]),
+        &mut report,
+    )?;
     if missing_times > 0 {
         report.missing_times(missing_times, first_missing_time);
     }
@@ -263,7 +267,9 @@ fn count_missing_cells(
     keep: Option<&[bool]>,
     report: &mut Report<'_>,
 ) -> Result<(), ImportError> {
-    let rows = keep.map_or(columns.time.len(), |keep| keep.iter().filter(|k| **k).count());
+    let rows = keep.map_or(columns.time.len(), |keep| {
+        keep.iter().filter(|k| **k).count()
+    });
     for channel in Channel::ALL {
         let column = match channel {
             Channel::Voltage => columns.voltage.as_ref(),

@@ -195,9 +195,7 @@ impl Table {
             let done = batch.last().map_or(range.end, |piece| piece.end) - range.start;
             let share = READ_SHARE + (0.95 - READ_SHARE) * (done as f32 / total as f32);
             if progress.is_some_and(|go_on| !go_on(share)) {
-                return Err(ImportError::Cancelled {
-                    file: file.into(),
-                });
+                return Err(ImportError::Cancelled { file: file.into() });
             }
         }
         Ok(table)

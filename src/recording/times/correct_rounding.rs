@@ -21,7 +21,10 @@ pub(in crate::recording) fn quickly_rounded(digits: u64, exponent: i32) -> Optio
                 digits as f64 * power
             })
         }
-        -22..=-1 => long_quotient(digits, EXACT_POWERS_OF_TEN[exponent.unsigned_abs() as usize]),
+        -22..=-1 => long_quotient(
+            digits,
+            EXACT_POWERS_OF_TEN[exponent.unsigned_abs() as usize],
+        ),
         _ => None,
     }
 }

@@ -10,9 +10,9 @@ use super::short_number::Interval;
 
 /// Fewest rows from which a clock is inferred. Below, chance may put rounded times on a line.
 const MIN_CLOCK_ROWS: usize = 16;
-/// A change of a time by less than this share of the sampling interval is no change: between
-/// samples every reading moves a million times as much.
-pub(super) const NEGLIGIBLE_CHANGE_SHARE: f64 = 1e-6;
+/// A change of a time by less than this share of the sampling interval is no change: between samples
+/// a reading moves ten thousand times as much, more than a 12-bit recorder resolves.
+pub(super) const NEGLIGIBLE_CHANGE_SHARE: f64 = 1e-4;
 /// Largest relative uncertainty of the interval with which a line is the clock: digits that leave
 /// more prove nothing.
 const MAX_INTERVAL_UNCERTAINTY: f64 = 0.01;
@@ -76,7 +76,7 @@ pub(in crate::recording) struct EvenTimes {
     pub first_shift: f64,
     /// The sampling interval \[s\].
     pub interval: f64,
-    /// Rows whose time changes by more than a millionth of the interval.
+    /// Rows whose time changes by more than [`NEGLIGIBLE_CHANGE_SHARE`].
     pub changed: usize,
     /// The first of them.
     pub first_changed: usize,
@@ -333,7 +333,10 @@ impl Clock {
             let (low, high) = corridor.intercepts(slope);
             high - low
         };
-        self.corridors.iter().map(space).fold(f64::INFINITY, f64::min)
+        self.corridors
+            .iter()
+            .map(space)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// All slopes above the mean that leave space \[s\], from the least to the largest. `widest` is

@@ -150,12 +150,16 @@ impl ExactTime {
 /// `a + b`, digit by digit; both equally long.
 fn sum(a: &[u8], b: &[u8]) -> Vec<u8> {
     let mut carry = 0;
-    let mut digits: Vec<u8> = a.iter().zip(b).rev().fold(Vec::new(), |mut digits, (x, y)| {
-        let all = x + y + carry;
-        carry = all / 10;
-        digits.push(all % 10);
-        digits
-    });
+    let mut digits: Vec<u8> = a
+        .iter()
+        .zip(b)
+        .rev()
+        .fold(Vec::new(), |mut digits, (x, y)| {
+            let all = x + y + carry;
+            carry = all / 10;
+            digits.push(all % 10);
+            digits
+        });
     digits.push(carry);
     digits.reverse();
     digits

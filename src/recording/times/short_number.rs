@@ -21,7 +21,8 @@ impl ShortNumber {
         (0..17).find_map(|places| {
             let exponent = magnitude - places;
             // Scaled by two factors, because one may leave the range of an f64.
-            let scale = |x: f64| x * 10f64.powi(-exponent / 2) * 10f64.powi(-exponent + exponent / 2);
+            let scale =
+                |x: f64| x * 10f64.powi(-exponent / 2) * 10f64.powi(-exponent + exponent / 2);
             [scale(middle).round(), scale(high).floor()]
                 .into_iter()
                 .filter(|d| *d >= 1.0 && *d < 1e18)

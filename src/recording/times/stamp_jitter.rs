@@ -50,11 +50,7 @@ pub(in crate::recording) enum Readings {
 }
 
 /// Judges increasing times \[s\] with the readings taken at them.
-pub(in crate::recording) fn judge(
-    time: &[f64],
-    readings: &[f64],
-    index: &SampleIndex,
-) -> Sampling {
+pub(in crate::recording) fn judge(time: &[f64], readings: &[f64], index: &SampleIndex) -> Sampling {
     let Some(line) = Line::fit(time, index).filter(|_| time.len() >= MIN_JITTER_ROWS) else {
         return Sampling::Unknown;
     };
@@ -107,9 +103,8 @@ impl Line {
         if !(mean.is_finite() && mean > 0.0) {
             return None;
         }
-        let off = |begin: usize, i: usize| {
-            (-(index.tick(i) as f64)).mul_add(mean, time[i] - time[begin])
-        };
+        let off =
+            |begin: usize, i: usize| (-(index.tick(i) as f64)).mul_add(mean, time[i] - time[begin]);
         let mut centres = Vec::new();
         let (mut products, mut squares) = (0.0, 0.0);
         for run in index.runs() {
@@ -172,12 +167,7 @@ impl Line {
 /// Standard deviations by which more readings are nearer to the cubic through their four
 /// neighbours with `even` times than with those of the `stamps`; negative where it is the other
 /// way round.
-fn smoother_when_even(
-    stamps: &[f64],
-    even: &[f64],
-    readings: &[f64],
-    index: &SampleIndex,
-) -> f64 {
+fn smoother_when_even(stamps: &[f64], even: &[f64], readings: &[f64], index: &SampleIndex) -> f64 {
     let (mut sum, mut count) = (0.0, 0usize);
     // Neighbours share readings: every fifth is on its own.
     let stride = (readings.len() / MAX_TESTED_READINGS).max(5);
@@ -204,9 +194,7 @@ fn misfit(time: &[f64], readings: &[f64], i: usize) -> f64 {
         .iter()
         .map(|&j| {
             let others = at.iter().filter(|k| **k != j);
-            let weight = others.fold(1.0, |w, &k| {
-                w * (time[i] - time[k]) / (time[j] - time[k])
-            });
+            let weight = others.fold(1.0, |w, &k| w * (time[i] - time[k]) / (time[j] - time[k]));
             weight * readings[j]
         })
         .sum();

@@ -187,7 +187,11 @@ pub(super) fn cell(text: &[u8], comma: bool, shift: i32) -> f64 {
     let cell = PlainCell::of(text, comma);
     match prefix(&cell.text, cell.comma, shift) {
         Some((value, taken)) if taken == cell.text.len() && value.is_finite() => {
-            if cell.negative { -value } else { value }
+            if cell.negative {
+                -value
+            } else {
+                value
+            }
         }
         _ => f64::NAN,
     }
@@ -237,7 +241,12 @@ fn without_thousands_marks(text: &[u8]) -> Cow<'_, [u8]> {
         found.map(|m| m.len())
     };
     let start = usize::from(matches!(text.first(), Some(b'-' | b'+')));
-    let digits = |from: usize| text[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let digits = |from: usize| {
+        text[from..]
+            .iter()
+            .take_while(|b| b.is_ascii_digit())
+            .count()
+    };
     let lead = digits(start);
     let mut p = start + lead;
     if !(1..=3).contains(&lead) || p >= text.len() || mark_at(p).is_none() {

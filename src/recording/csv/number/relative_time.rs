@@ -18,7 +18,9 @@ pub(in crate::recording::csv) struct Zero {
 impl Zero {
     /// Times count from `exact`.
     pub(in crate::recording::csv) fn new(exact: ExactTime) -> Self {
-        let quick = exact.short().map(|(digits, power)| (i128::from(digits), power));
+        let quick = exact
+            .short()
+            .map(|(digits, power)| (i128::from(digits), power));
         Self { exact, quick }
     }
 }
