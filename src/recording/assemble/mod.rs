@@ -6,8 +6,8 @@ mod kept_rows;
 use self::kept_rows::{ForwardRows, forward_rows, missing, missing_in};
 use super::error::{ImportError, ImportWarning, WarningKind, visible};
 use super::times::clock::{ClockFinding, Judgement, judge_rows, judge_steps};
-use super::times::even_grid::Printed;
 use super::times::exact_time::ExactTime;
+use super::times::rounding::Printed;
 use super::{Channel, Recording, median_interval};
 use crate::model::unit::{counted, format_quantity};
 

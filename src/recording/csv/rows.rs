@@ -12,8 +12,8 @@ use super::number::relative_time::{self, RelativeTime, Zero};
 use super::settings::{Decimal, ImportSettings};
 use super::text::{Progress, READ_SHARE, Text};
 use crate::recording::error::ImportError;
-use crate::recording::times::even_grid::Printed;
 use crate::recording::times::exact_time::ExactTime;
+use crate::recording::times::rounding::Printed;
 
 /// Size of one piece of text \[bytes\]: large against a line, small against a file.
 const PIECE_BYTES: usize = 2 << 20;

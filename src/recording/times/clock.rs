@@ -1,6 +1,7 @@
 //! What is said of the clock of a recording, and the times that are used instead.
 
-use super::even_grid::{EvenTimes, Evenness, Precision, Printed, even_grid};
+use super::even_grid::{EvenTimes, Evenness, even_grid};
+use super::rounding::{Precision, Printed};
 use super::sample_index::SampleIndex;
 use super::stamp_jitter::{Readings, Sampling, judge};
 use crate::model::unit::format_quantity;

@@ -15,8 +15,9 @@
 
 pub(in crate::recording) mod clock;
 pub(in crate::recording) mod correct_rounding;
-pub(in crate::recording) mod even_grid;
+mod even_grid;
 pub(crate) mod exact_time;
+pub(in crate::recording) mod rounding;
 mod sample_index;
 mod short_number;
 mod stamp_jitter;

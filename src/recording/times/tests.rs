@@ -1,6 +1,6 @@
 use crate::recording::times::clock::{Judgement, judge_rows, judge_steps};
-use crate::recording::times::even_grid::Printed;
 use crate::recording::times::exact_time::ExactTime;
+use crate::recording::times::rounding::Printed;
 use crate::recording::times::short_number::Interval;
 use crate::recording::{GAP_FACTOR, WarningKind};
 
