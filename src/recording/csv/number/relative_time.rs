@@ -11,16 +11,26 @@ const MAX_QUICK_POWER: u32 = 18;
 #[derive(Debug, Clone)]
 pub(in crate::recording::csv) struct Zero {
     exact: ExactTime,
-    /// The same as an integer times a power of ten, if it has at most 18 digits.
-    quick: Option<(i128, i32)>,
+    /// The same as integers times powers of ten, if it has at most 18 digits.
+    quick: Option<QuickZero>,
+}
+
+/// A zero of at most 18 digits.
+#[derive(Debug, Clone)]
+struct QuickZero {
+    /// Power of ten of the last digit.
+    place: i32,
+    /// The zero in units of `10^(place - i)`.
+    at: [i128; MAX_QUICK_POWER as usize + 1],
 }
 
 impl Zero {
     /// Times count from `exact`.
     pub(in crate::recording::csv) fn new(exact: ExactTime) -> Self {
-        let quick = exact
-            .short()
-            .map(|(digits, power)| (i128::from(digits), power));
+        let quick = exact.short().map(|(digits, place)| QuickZero {
+            place,
+            at: std::array::from_fn(|i| i128::from(digits) * 10i128.pow(i as u32)),
+        });
         Self { exact, quick }
     }
 }
@@ -51,7 +61,7 @@ pub(in crate::recording::csv) fn prefix(
     let (written, end) = written_exponent(bytes, mantissa.end);
     let place = mantissa.exponent.saturating_add(written);
     if !mantissa.overflow
-        && let Some(origin) = zero.quick
+        && let Some(origin) = &zero.quick
     {
         let digits = i128::from(mantissa.digits);
         let signed = if negative { -digits } else { digits };
@@ -89,26 +99,21 @@ pub(in crate::recording::csv) fn prefix(
     finite.then_some((time, end))
 }
 
-/// `a - b`, where both are an integer and its power of ten, if their powers are near.
+/// `a - zero` as an integer and its power of ten, as `a` is given, if their powers are near.
 #[inline]
-fn difference(a: (i128, i32), b: (i128, i32)) -> Option<(i128, i32)> {
-    if a.1 == b.1 {
-        return Some((a.0 - b.0, a.1));
-    }
-    if b.0 == 0 {
+fn difference(a: (i128, i32), zero: &QuickZero) -> Option<(i128, i32)> {
+    if zero.at[0] == 0 {
         return Some(a);
     }
-    let apart = a.1.abs_diff(b.1);
-    if apart > MAX_QUICK_POWER {
-        return None;
-    }
+    let apart = a.1.abs_diff(zero.place);
     // At most 2^64 times 10^18: below 2^124.
-    let power = 10i128.pow(apart);
-    Some(if a.1 > b.1 {
-        (a.0 * power - b.0, b.1)
+    if a.1 <= zero.place {
+        let zero = zero.at.get(apart as usize)?;
+        Some((a.0 - zero, a.1))
     } else {
-        (a.0 - b.0 * power, a.1)
-    })
+        let power = (apart <= MAX_QUICK_POWER).then(|| 10i128.pow(apart))?;
+        Some((a.0 * power - zero.at[0], zero.place))
+    }
 }
 
 /// A whole cell as [`prefix`] reads it; `None` if it is not a finite number.
