@@ -24,11 +24,13 @@ pub mod rest_positions;
 pub mod ring;
 #[cfg(test)]
 mod tests;
+pub(crate) mod times;
 pub mod velocity;
 
 pub use self::assemble::GAP_FACTOR;
 pub use self::error::{ImportError, ImportWarning, WarningKind};
 pub use self::grid::{Grid, TimeAxis};
+pub use self::times::exact_time::ExactTime;
 
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -108,8 +110,12 @@ pub struct Recording {
     pub path: Option<PathBuf>,
     /// SHA-256 of the file's bytes, lower-case hexadecimal.
     pub sha256: Option<String>,
-    /// Times \[s\], finite and strictly increasing, at least two.
+    /// Times \[s\], finite and strictly increasing, at least two. Those of a file count from its
+    /// first row, unless the import settings say otherwise.
     pub time: Vec<f64>,
+    /// The instant in the file at which `time` is 0 \[s\]. The file's own time of a sample is the
+    /// sum.
+    pub origin: ExactTime,
     /// Drive voltage \[V\] at each time, if recorded.
     pub voltage: Option<Vec<f64>>,
     /// Displacement of the proof mass \[m\] at each time, up positive.
@@ -181,6 +187,7 @@ impl Recording {
             path: None,
             sha256: None,
             time,
+            origin: ExactTime::default(),
             voltage,
             proof_mass,
             cantilever,
