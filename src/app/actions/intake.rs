@@ -119,7 +119,9 @@ fn adopt_session(services: &mut Services, path: PathBuf, loaded: Loaded) {
         .filter_map(|entry| entry.path.clone())
         .collect();
     services.missing_recordings = loaded.recordings.clone();
-    services.session_path = Some(path);
+    // An autosaved session belongs to its window, which may be open: what is saved on demand
+    // goes to a file that the person names.
+    services.session_path = Some(path).filter(|path| !session::is_autosaved(path));
     services.shows_hint = false;
     let state = &mut services.state;
     // The former session's reference curve, diagnoses and cursors end with it; the tally of
