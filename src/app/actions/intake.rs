@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::save::save;
 use crate::app::analysis::diagnosis::Diagnosing;
 use crate::app::files::event::{FileEvent, Purpose};
+use crate::app::files::session;
 use crate::app::files::session_text::{Loaded, RecordingEntry};
 use crate::app::services::{ReferenceCurveStage, Services};
 use crate::app::setup::current_setup::choose_preset;

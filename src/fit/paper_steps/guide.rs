@@ -8,7 +8,8 @@ use super::drive::fit_drive;
 use super::film::rings::rings_of;
 use super::restitution::restitution;
 use super::{StepError, model_distance_warning};
-use crate::fit::contact_readings::{ContactReadings, read_contacts};
+use crate::fit::contact_readings::{ContactReadings, sample_contacts};
+use crate::fit::contact_sample::Sampled;
 use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::solve::levenberg_marquardt::Control;
@@ -113,12 +114,14 @@ pub struct Guidance {
     /// happens at the ground to be read.
     pub first: Option<String>,
     /// Bounces and releases as the steps read them, so that these need not again; `None`
-    /// where they cannot be read.
+    /// where they cannot be read, or were not all read.
     pub readings: Option<ContactReadings>,
+    /// In how many segments of long recordings they were read; `None` if in all.
+    pub sampled: Option<Sampled>,
 }
 
 /// Checks what each step needs: bounces and releases are read with `model` unchanged, rings are
-/// searched for, and the drive is fitted. Only the fits of the film and of the sensitivity
+/// searched for, and the drive is fitted. Of very many segments an even pick is read. Only the fits of the film and of the sensitivity
 /// remain to be done after that.
 pub fn guide(
     model: &Model,
@@ -134,6 +137,8 @@ pub fn guide(
     let everything = || named((0..recordings.len()).collect());
     let drive = fit_drive(model, recordings).map(|_| everything());
     let read = read(model, &parts, options, control);
+    let sampled = read.as_ref().ok().and_then(|(_, sampled)| *sampled);
+    let read = read.map(|(readings, _)| readings);
     let restitution = read.as_ref().map_err(Clone::clone).and_then(|readings| {
         let found = restitution("", readings)?;
         Ok(named(found.bounces.iter().map(|b| b.recording).collect()))
@@ -206,7 +211,8 @@ pub fn guide(
             },
         ],
         first,
-        readings: read.ok(),
+        readings: read.ok().filter(|_| sampled.is_none()),
+        sampled,
     }
 }
 
@@ -216,7 +222,7 @@ fn read(
     parts: &[Part],
     options: &FitOptions,
     control: &Control<'_>,
-) -> Result<ContactReadings, StepError> {
+) -> Result<(ContactReadings, Option<Sampled>), StepError> {
     if !model.has_ground {
         return Err(StepError::Device {
             device: model.name.clone(),
@@ -227,7 +233,7 @@ fn read(
     if parts.is_empty() {
         return Err(FitError::NoRecording.into());
     }
-    Ok(read_contacts(model, parts, options, control)?)
+    Ok(sample_contacts(model, parts, options, control)?)
 }
 
 #[cfg(test)]
