@@ -365,7 +365,7 @@ mod tests {
         let setup = built_in::setup();
         let text = to_text(&setup, &View::default(), &[], Path::new("/a")).unwrap();
         assert!(from_text(&text).is_ok());
-        let huge = text.replacen("id = ", "id = 922337203685477580", 1);
+        let huge = text.replacen("\nid = ", "\nid = 922337203685477580", 1);
         assert_ne!(huge, text, "the first setup has a recording");
         let Err(TextError::Damaged(said)) = from_text(&huge) else {
             panic!("it was read");
