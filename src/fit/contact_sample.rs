@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use super::segment::{Joint, JointKind, Segment};
 use super::segment::event_sequence::GroundEvent;
+use super::segment::{Joint, JointKind, Segment};
 
 /// Up to so many segments all are read: some seconds.
 const MAX_SEGMENTS_READ_WHOLE: usize = 1000;

@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 
 use super::atomic_write::{data_dir, keep_unreadable, write_atomically};
-use crate::atomic_write::{PartFile, sweep_parts};
+use crate::part_files::{PartFile, sweep_parts};
 use crate::recording::csv::ImportSettings;
 
 /// Files in the list.

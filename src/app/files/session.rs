@@ -22,13 +22,26 @@ pub fn save(
     view: &View,
     missing: &[RecordingEntry],
 ) -> Result<(), SessionError> {
-    let text = session_text::to_text(setup, view, missing, folder_of(path)).map_err(|reason| {
+    let text = text(path, setup, view, missing)?;
+    write_atomically(path, text.as_bytes())
+}
+
+/// The text of a session that is saved as `path`; nothing is written.
+///
+/// # Errors
+/// `SessionError::Unwritable`.
+pub fn text(
+    path: &Path,
+    setup: &Setup,
+    view: &View,
+    missing: &[RecordingEntry],
+) -> Result<String, SessionError> {
+    session_text::to_text(setup, view, missing, folder_of(path)).map_err(|reason| {
         SessionError::Unwritable {
             path: path.to_owned(),
             reason,
         }
-    })?;
-    write_atomically(path, text.as_bytes())
+    })
 }
 
 /// Whether a file is a session rather than a preset.
@@ -55,7 +68,15 @@ pub fn load(path: &Path) -> Result<Loaded, SessionError> {
             error.utf8_error().valid_up_to()
         ),
     })?;
-    let mut loaded = session_text::from_text(&text).map_err(|error| match error {
+    parse(path, &text)
+}
+
+/// Reads the text of the session `path`, like [`load`].
+///
+/// # Errors
+/// `SessionError`.
+pub fn parse(path: &Path, text: &str) -> Result<Loaded, SessionError> {
+    let mut loaded = session_text::from_text(text).map_err(|error| match error {
         TextError::ForeignVersion(found) => SessionError::ForeignVersion {
             path: path.to_owned(),
             found,

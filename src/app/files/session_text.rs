@@ -370,7 +370,10 @@ mod tests {
         let Err(TextError::Damaged(said)) = from_text(&huge) else {
             panic!("it was read");
         };
-        assert!(said.contains("recording number 922337203685477580"), "{said}");
+        assert!(
+            said.contains("recording number 922337203685477580"),
+            "{said}"
+        );
     }
 
     #[test]

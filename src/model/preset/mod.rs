@@ -4,9 +4,9 @@ mod error;
 mod file;
 mod keys;
 mod read;
-pub mod toml_fault;
 #[cfg(test)]
 mod tests;
+pub mod toml_fault;
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -28,7 +28,11 @@ fn a_fault_in_a_line_of_half_a_megabyte_is_said_in_a_short_line() {
         format!("format = 1 {long}"),
         format!("{text}\n[effects.{long}]\n"),
         text.replacen("[parameters]\n", &format!("[parameters]\n{long} = 1\n"), 1),
-        text.replacen("[parameters]\n", &format!("[parameters]\ngp = \"{long}\"\n"), 1),
+        text.replacen(
+            "[parameters]\n",
+            &format!("[parameters]\ngp = \"{long}\"\n"),
+            1,
+        ),
         text.replacen("drive = \"", &format!("drive = \"{long}"), 1),
         format!("\"\\u001b[31m{long}\" = 2\n{text}"),
     ];

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use crate::app::files::session::autosave_file;
-use crate::atomic_write::sweep_parts;
+use crate::part_files::sweep_parts;
 
 /// Most files of autosaved sessions. The oldest is replaced where there are more.
 const MAX_SLOTS: usize = 32;

@@ -10,8 +10,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::app::shell::autosave::*;
 use super::services;
+use crate::app::shell::autosave::*;
 
 /// Folder of a child's sessions; only set for children.
 const CHILD_FOLDER: &str = "IMPACTSCOPE_TEST_KILLED_CHILD";

@@ -5,10 +5,10 @@ mod kill;
 
 use std::time::SystemTime;
 
-use crate::app::shell::autosave::*;
 use crate::app::files::built_in;
 use crate::app::files::open::Files;
 use crate::app::setup::current_setup::Setup;
+use crate::app::shell::autosave::*;
 use crate::model::preset::Preset;
 
 /// The services behind a window that begins with a preset.
@@ -25,13 +25,11 @@ fn slot(folder: &Path, start: Start) -> Slot {
 /// Waits until the thread that writes has done so.
 fn wait_until_written(autosave: &Autosave) {
     let started = Instant::now();
-    while autosave
-        .written
-        .try_lock()
-        .map_or(0, |written| written.0)
-        < autosave.requested
-    {
-        assert!(started.elapsed() < Duration::from_secs(60), "nothing is written");
+    while autosave.written.try_lock().map_or(0, |written| written.0) < autosave.requested {
+        assert!(
+            started.elapsed() < Duration::from_secs(60),
+            "nothing is written"
+        );
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -58,7 +56,10 @@ fn steady_editing_is_written_in_time() {
             wait_until_written(&autosave);
             assert_eq!(duration_in(&path), step as f64);
         } else {
-            assert!(wait.is_some_and(|wait| wait <= MAX_UNSAVED_TIME), "{wait:?}");
+            assert!(
+                wait.is_some_and(|wait| wait <= MAX_UNSAVED_TIME),
+                "{wait:?}"
+            );
         }
         let saved = if written > 0 { duration_in(&path) } else { 0.0 };
         assert!((step as f64 - saved) * 0.05 < 3.2, "{step}: {saved}");
@@ -77,7 +78,10 @@ fn a_change_is_written_after_a_quiet_time_and_only_once() {
     let wait = autosave.look(&mut services, begin, || {});
     assert_eq!(wait, Some(QUIET_TIME));
     assert_eq!(autosave.requested, 0);
-    assert_eq!(autosave.look(&mut services, begin + QUIET_TIME, || {}), None);
+    assert_eq!(
+        autosave.look(&mut services, begin + QUIET_TIME, || {}),
+        None
+    );
     assert_eq!(autosave.requested, 1);
     wait_until_written(&autosave);
     let later = begin + 10 * QUIET_TIME;
@@ -101,7 +105,10 @@ fn what_could_not_be_written_is_tried_again() {
     wait_until_written(&autosave);
     assert_eq!(autosave.look(&mut services, now, || {}), Some(RETRY_TIME));
     let said = &services.state.notices;
-    assert!(said.iter().any(|n| n.is_error && n.text.contains("Autosave failed")));
+    assert!(
+        said.iter()
+            .any(|n| n.is_error && n.text.contains("Autosave failed"))
+    );
     std::fs::remove_dir_all(&path).unwrap();
     assert_eq!(autosave.look(&mut services, now + RETRY_TIME, || {}), None);
     wait_until_written(&autosave);
@@ -177,7 +184,10 @@ fn the_oldest_of_very_many_sessions_is_replaced_with_a_word() {
     }
     assert_eq!(slot(folder.path(), Start::Files).path(), taken[0]);
     // All of them are open.
-    let open: Vec<Slot> = taken.iter().map(|_| slot(folder.path(), Start::Files)).collect();
+    let open: Vec<Slot> = taken
+        .iter()
+        .map(|_| slot(folder.path(), Start::Files))
+        .collect();
     let refused = claim(folder.path(), Start::Files).unwrap_err();
     assert!(refused.contains("windows are open"), "{refused}");
     drop(open);
