@@ -30,8 +30,19 @@ pub(in crate::app::shell) enum Start {
 #[derive(Debug)]
 pub(in crate::app::shell) struct Slot {
     path: PathBuf,
-    /// Holds the lock.
-    _lock: File,
+    lock: Lock,
+}
+
+/// A lock that is held as long as this lives.
+#[derive(Debug)]
+struct Lock(File);
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // Closing the file is not enough while a process that was just started still has a
+        // copy of it. Where this fails, the end of the process frees the lock.
+        let _ = self.0.unlock();
+    }
 }
 
 impl Slot {
@@ -64,6 +75,7 @@ pub(in crate::app::shell) fn claim(folder: &Path, start: Start) -> Result<Claime
     };
     let turn = open_lock(&folder.join(CLAIM_LOCK)).map_err(fail)?;
     turn.lock().map_err(fail)?;
+    let _turn = Lock(turn);
     // Free files with a session, when each was written; and the first that has none.
     let mut kept: Vec<(SystemTime, Slot)> = Vec::new();
     let mut unused = None;
@@ -85,7 +97,10 @@ pub(in crate::app::shell) fn claim(folder: &Path, start: Start) -> Result<Claime
             }
             Err(TryLockError::Error(error)) => return Err(fail(error)),
         }
-        let slot = Slot { path, _lock: lock };
+        let slot = Slot {
+            path,
+            lock: Lock(lock),
+        };
         match written {
             Some(time) => kept.push((time, slot)),
             None => unused = Some(slot),
@@ -140,7 +155,7 @@ fn open_lock(path: &Path) -> std::io::Result<File> {
 
 /// Notes in the lock's file which process holds it, for a person who wonders.
 fn note_process(slot: &Slot) {
-    let mut file = &slot._lock;
+    let mut file = &slot.lock.0;
     let noted = file
         .set_len(0)
         .and_then(|()| writeln!(file, "{}", std::process::id()));
