@@ -74,7 +74,8 @@ pub(in crate::app::shell) fn claim(folder: &Path, start: Start) -> Result<Claime
         )
     };
     let turn = open_lock(&folder.join(CLAIM_LOCK)).map_err(fail)?;
-    turn.lock().map_err(fail)?;
+    // Some file systems have no locks. A session is autosaved there all the same.
+    let mut has_locks = turn.lock().is_ok();
     let _turn = Lock(turn);
     // Free files with a session, when each was written; and the first that has none.
     let mut kept: Vec<(SystemTime, Slot)> = Vec::new();
@@ -95,7 +96,10 @@ pub(in crate::app::shell) fn claim(folder: &Path, start: Start) -> Result<Claime
                 in_use += 1;
                 continue;
             }
-            Err(TryLockError::Error(error)) => return Err(fail(error)),
+            Err(TryLockError::Error(error)) => {
+                log::warn!("{}: {error}", folder.display());
+                has_locks = false;
+            }
         }
         let slot = Slot {
             path,
@@ -136,9 +140,15 @@ pub(in crate::app::shell) fn claim(folder: &Path, start: Start) -> Result<Claime
             slot.path.display()
         ));
     }
+    if !has_locks {
+        words.push(format!(
+            "The file system of {} has no locks: two windows at once would autosave to the same file there. Set IMPACTSCOPE_DATA_DIR to another folder for the second.",
+            folder.display()
+        ));
+    }
     note_process(&slot);
     // Nobody else writes to a file whose lock is held here.
-    sweep_parts(&slot.path, |_| true);
+    sweep_parts(&slot.path, |part| has_locks || part.is_abandoned());
     let words = (!words.is_empty()).then(|| words.join(" "));
     Ok(Claimed { slot, words })
 }
