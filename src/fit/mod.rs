@@ -16,6 +16,7 @@
 //! step, [`table_a1`] its table. The numbers that decide are in [`thresholds`].
 
 pub mod contact_readings;
+pub mod contact_sample;
 pub mod error;
 #[cfg(test)]
 mod free_tests;

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::save::save;
 use crate::app::analysis::diagnosis::Diagnosing;
 use crate::app::files::event::{FileEvent, Purpose};
+use crate::app::files::session;
 use crate::app::files::session_text::{Loaded, RecordingEntry, own_drive};
 use crate::app::services::{ReferenceCurveStage, Services};
 use crate::app::setup::current_setup::choose_preset;
@@ -119,7 +120,9 @@ fn adopt_session(services: &mut Services, path: PathBuf, loaded: Loaded) {
         .filter_map(|entry| entry.path.clone())
         .collect();
     services.missing_recordings = loaded.recordings.clone();
-    services.session_path = Some(path);
+    // An autosaved session belongs to its window, which may be open: what is saved on demand
+    // goes to a file that the person names.
+    services.session_path = Some(path).filter(|path| !session::is_autosaved(path));
     services.shows_hint = false;
     let state = &mut services.state;
     // The former session's reference curve, diagnoses and cursors end with it; the tally of

@@ -12,6 +12,7 @@ use super::recording_roles::with_role;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::{OverlayId, Role};
 use crate::fit::contact_readings::ContactReadings;
+use crate::fit::contact_sample::Sampled;
 use crate::fit::paper_steps::guide::{Allowance, Guidance, Step, guide};
 use crate::fit::paper_steps::outcome::{StepResult, take};
 use crate::fit::{Control, FitOptions, Progress};
@@ -47,6 +48,8 @@ pub struct Identification {
     pub allowances: Vec<Allowance>,
     /// What to do before any step.
     pub first: Option<String>,
+    /// How much of long recordings the guide read.
+    pub sampled: Option<Sampled>,
     seen: Option<Seen>,
     /// The device they are valid for, with what was read about the ground.
     looked: Option<Looked>,
@@ -85,6 +88,7 @@ impl Identification {
                 (_, Ok(StepEvent::Guide(found))) => {
                     self.allowances = found.allowances;
                     self.first = found.first;
+                    self.sampled = found.sampled;
                     if let Some(looked) = &mut self.looked {
                         looked.readings = found.readings.map(Arc::new);
                     }
@@ -113,6 +117,7 @@ impl Identification {
         self.seen = Some(seen(setup));
         self.allowances.clear();
         self.first = None;
+        self.sampled = None;
         self.looked = Some(Looked {
             model: Arc::clone(&model),
             readings: None,

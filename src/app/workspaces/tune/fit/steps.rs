@@ -61,6 +61,9 @@ fn list(ui: &mut Ui, state: &mut State) {
         ui.label(small(first).color(error_color(ui)));
         first_fit_button(ui, state);
     }
+    if let Some(sampled) = state.identification.sampled {
+        ui.label(small(sampled.to_string()).weak());
+    }
     let mut start = None;
     let busy = state.identification.job.is_some();
     for step in Step::ALL {
