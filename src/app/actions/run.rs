@@ -148,7 +148,7 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
                 state.reveal = Some(picture);
             }
         }
-        Command::ZoomAll => state.view.time_range = None,
+        Command::ZoomAll => zoom_all(state),
         Command::ToggleTheme => {
             state.view.dark = !state.view.dark;
         }
@@ -204,17 +204,20 @@ fn reset_all(services: &mut Services) {
     services.shows_hint = true;
 }
 
+/// Shows the whole span in time, and all values of each picture.
+fn zoom_all(state: &mut State) {
+    state.view.time_range = None;
+    state.view.value_ranges.clear();
+}
+
 fn set_mode(state: &mut State, mode: Mode) {
     if mode == Mode::Live && state.view.mode != mode {
         // A person who starts the live mode wants to see it run, even if an earlier live
         // run was paused.
         state.paused = false;
     }
-    if mode == Mode::WholeSpan && state.view.mode != mode {
-        // A live run has no end. A zoom beyond the simulated span would show nothing.
-        let span = 0.0..=state.setup.duration;
-        let inside = |(from, to): &(f64, f64)| span.contains(from) && span.contains(to);
-        state.view.time_range = state.view.time_range.filter(inside);
+    if mode == Mode::WholeSpan {
+        zoom_all(state);
     }
     state.view.mode = mode;
     state.scrub = None;

@@ -192,7 +192,7 @@ impl Command {
                 "Return to the state of the first start. Undo restores device, drive and recordings.",
             ),
             Command::SetMode(Mode::WholeSpan) => {
-                ("Whole span", "Simulate the whole time span at once")
+                ("Whole span", "Simulate the whole time span and show all of it")
             }
             Command::SetMode(Mode::Live) => ("Live mode", "Run the device in slow motion"),
             Command::TogglePause => ("Pause / run", "Live mode: pause or continue"),
@@ -202,7 +202,7 @@ impl Command {
                 "Reference curve A",
                 "Keep the current curve as the reference A to compare with, or discard it",
             ),
-            Command::ZoomAll => ("Zoom to all", "Show the whole time span"),
+            Command::ZoomAll => ("Zoom to all", "Show the whole time span and all values"),
             Command::DriveEditor => ("Drive editor", "Edit waveform, frequency and amplitude"),
             Command::FitPanel => ("Fit", "Fit parameters to the recordings"),
             Command::Identification => (

@@ -201,6 +201,7 @@ fn group(ui: &mut Ui, setup: &mut Setup, rank: Rank, problem: Option<&Problem>) 
                 Size::Small
             },
             problem: message_for(problem, spec.id),
+            extrapolation: None,
         };
         let output = slider.show(ui);
         if let Some(value) = output.value {
@@ -279,6 +280,7 @@ fn effect_entry(
                 locked: Some(setup.locked.contains(&id)),
                 size: Size::Small,
                 problem: message_for(problem, &id),
+                extrapolation: None,
             };
             let moves = setup.preset.model.effects[index].is_moved_by(i);
             let shown = ui.add_enabled_ui(moves, |ui| slider.show(ui));

@@ -57,7 +57,9 @@ fn mode(ui: &mut Ui, state: &mut State) {
     for (mode, name) in [(Mode::WholeSpan, "Whole span"), (Mode::Live, "Live")] {
         let command = Command::SetMode(mode);
         let button = ui.selectable_label(state.view.mode == mode, name);
-        if button.on_hover_text(hint(command)).clicked() && state.view.mode != mode {
+        // The whole span is asked for again to come back from a zoom.
+        let changes = state.view.mode != mode || mode == Mode::WholeSpan;
+        if button.on_hover_text(hint(command)).clicked() && changes {
             state.ask(command);
         }
     }
@@ -193,6 +195,7 @@ fn speed(ui: &mut Ui, state: &mut State, reached: Option<LiveState>) {
         numeric: (state.view.slow_down, SPEED_RANGE.0, SPEED_RANGE.1),
         fraction: position(state.view.slow_down),
         mark: Some(position(usual)),
+        extrapolated_from: 1.0,
         enabled: true,
         error: false,
         size: vec2(100.0, 18.0),
@@ -244,6 +247,7 @@ fn scrub(ui: &mut Ui, state: &mut State, reached: LiveState) {
         numeric: (at, reached.history_start, reached.time),
         fraction: (at - reached.history_start) / span,
         mark: None,
+        extrapolated_from: 1.0,
         enabled: true,
         error: false,
         size: vec2(width, 18.0),

@@ -10,6 +10,7 @@ use super::calibrate;
 use super::case_picker::{choose, current};
 use super::error_cell::{error, error_cell};
 use super::features::FEATURE_ROWS;
+use crate::app::analysis::job::{in_own_pool, panic_text};
 use crate::app::state::State;
 use crate::app::widgets::text::small;
 use crate::fit::table_a1::compare::{Column, Row, Statistics, statistics, validate};
@@ -65,19 +66,26 @@ fn results(ui: &Ui, model: &Model) -> (Option<Outcome>, bool) {
     if !fresh && !held.busy {
         held.busy = true;
         let (model, context) = (Arc::new(model.clone()), ui.ctx().clone());
-        let results = Arc::clone(&shared);
-        rayon::spawn(move || {
-            let run = std::panic::AssertUnwindSafe(|| validate(&model));
+        let of_rows = Arc::clone(&model);
+        let of_thread = Arc::clone(&shared);
+        let compute = move || {
+            let run = std::panic::AssertUnwindSafe(|| in_own_pool(|| validate(&model)));
             let rows = match std::panic::catch_unwind(run) {
                 Ok(Ok(rows)) => Ok(Arc::new(rows)),
                 Ok(Err(error)) => Err(error.to_string()),
-                Err(panic) => Err(crate::app::analysis::job::panic_text(panic.as_ref())),
+                Err(panic) => Err(panic_text(panic.as_ref())),
             };
-            let mut held = results.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut held = of_thread.lock().unwrap_or_else(PoisonError::into_inner);
             held.done = Some((model, rows));
             held.busy = false;
             context.request_repaint();
-        });
+        };
+        let thread = std::thread::Builder::new().name("table".to_owned());
+        if let Err(error) = thread.spawn(compute) {
+            let text = format!("no thread could be started: {error}; close other programs");
+            held.done = Some((of_rows, Err(text)));
+            held.busy = false;
+        }
     }
     (held.done.as_ref().map(|(_, rows)| rows.clone()), fresh)
 }
