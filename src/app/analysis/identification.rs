@@ -38,7 +38,7 @@ struct Looked {
     readings: Option<Arc<ContactReadings>>,
 }
 
-/// State of the identification window.
+/// State of the identification panel.
 #[derive(Debug, Clone, Default)]
 pub struct Identification {
     /// Whether it is open.

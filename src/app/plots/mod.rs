@@ -2,6 +2,7 @@
 
 pub mod device;
 mod drive_loop;
+mod event_corners;
 mod forces;
 pub mod frame;
 mod phase_portrait;
@@ -9,9 +10,10 @@ mod residual;
 #[cfg(test)]
 mod tests;
 mod trajectory;
+mod value_range;
 mod voltage;
 
-use eframe::egui::{Id, Key, Popup, RichText, ScrollArea, Ui, vec2};
+use eframe::egui::{Id, Key, Popup, Rect, RichText, ScrollArea, Ui, vec2};
 
 use self::frame::readout::Readout;
 use self::frame::time_plot::{Common, TimePlot};
@@ -108,7 +110,9 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                     }
                 }
             }
-            time_plots(ui, state, plots, &heights);
+            if let Some(plot) = time_plots(ui, state, plots, &heights) {
+                readout.show_differences(ui, plot);
+            }
             for line in lines {
                 ui.add_space(PICTURE_SPACING);
                 ui.label(RichText::new(line).size(12.0).weak());
@@ -155,6 +159,7 @@ pub(crate) fn describe(ui: &Ui, state: &State) -> (Vec<TimePlot>, Vec<String>) {
         }
     }
     for plot in &mut plots {
+        value_range::choose(plot, state);
         for i in 0..plot.curves.len() {
             let key = plot.key(&plot.curves[i]);
             plot.curves[i].hidden ^= state.view.switched_curves.contains(&key);
@@ -199,7 +204,14 @@ fn device_time(state: &State) -> Option<f64> {
     }
 }
 
-fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[(Picture, f32)]) {
+/// Draws the pictures against time. Returns where the first one is.
+fn time_plots(
+    ui: &mut Ui,
+    state: &mut State,
+    plots: Vec<TimePlot>,
+    heights: &[(Picture, f32)],
+) -> Option<Rect> {
+    let mut first = None;
     let common = Common {
         window: frame::time_window::in_view(state),
         cursors: state.cursors,
@@ -218,11 +230,14 @@ fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[(
             ui.scroll_to_rect(rect, None);
         }
         self::frame::layout_note::note(ui.ctx(), &name, reply.response.rect);
+        value_range::react(ui, state, &reply);
         frame::time_window::react(ui, state, &reply);
+        first.get_or_insert(reply.response.rect);
         if !lowest {
             frame::split::handle(ui, heights[i], heights[i + 1], PICTURE_SPACING);
         }
     }
+    first
 }
 
 /// The pictures without a time axis in a row.

@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use eframe::egui::Ui;
+use eframe::egui::{Id, Ui};
 
+use super::event_corners::EventCorners;
+use super::frame::cache::Source;
 use super::frame::curve::{Curve, Placed};
 use super::frame::style::{THICK_LINE, THIN_LINE};
 use super::frame::time_plot::{Level, TimePlot};
@@ -12,15 +14,21 @@ use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::Picture;
 use crate::app::state::State;
 use crate::recording::Channel;
+use crate::sim::Trace;
 
 /// The picture.
 pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     let palette = style::palette(ui);
     let mut plot = TimePlot::new(Picture::Trajectory, "displacement x", "m");
     plot.least = 1e-10;
+    let corners = |slot: &'static str, trace: &Arc<Trace>| {
+        let id = Id::unique(("event corners", slot));
+        cache::cached(ui, id, Source::of(trace), || EventCorners::of(trace))
+    };
     if let Some(reference) = &state.reference {
         let pyramid = Arc::clone(&reference.proof_mass_pyramid);
         let curve = Curve::new("A: xp", pyramid, palette.reference).width(1.5);
+        let curve = curve.through(corners("reference", &reference.trace));
         plot.curves.push(curve.dashed());
     }
     plot.curves.extend(recorded(ui, state, Channel::Cantilever));
@@ -34,7 +42,8 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
             "xp",
             Arc::clone(&snapshot.proof_mass_pyramid),
             palette.proof_mass,
-        );
+        )
+        .through(corners("run", &snapshot.trace));
         plot.curves.push(proof_mass.clone().width(THICK_LINE));
         if let Some(value) = snapshot.trace.ground_level {
             plot.levels.push(Level {

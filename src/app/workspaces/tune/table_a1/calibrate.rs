@@ -53,7 +53,7 @@ pub fn controls(ui: &mut Ui, state: &mut State) {
         fit.job = None;
         fit.result = Some(result.map(Arc::new));
     }
-    ui.horizontal(|ui| match fit.job.clone() {
+    ui.horizontal_wrapped(|ui| match fit.job.clone() {
         Some(job) => progress(ui, &job),
         None => {
             let help = "Fit the device to the 16 experiments, then repeat the fit without each frequency. The sliders change only when the result is applied.";

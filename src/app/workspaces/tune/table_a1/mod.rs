@@ -1,5 +1,5 @@
 //! Table A.1 of the paper, the only published measurements of the device: a case picker, the
-//! features of the current case, all 16 cases in a window, and the fit to them.
+//! features of the current case, all 16 cases in a panel, and the fit to them.
 
 pub(crate) mod calibrate;
 pub(super) mod case_picker;

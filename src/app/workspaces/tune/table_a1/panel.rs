@@ -4,7 +4,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use eframe::egui::{Button, Grid, Id, RichText, ScrollArea, Ui, Window};
+use eframe::egui::{Button, Grid, Id, RichText, ScrollArea, Ui};
 
 use super::calibrate;
 use super::case_picker::{choose, current};
@@ -90,21 +90,8 @@ fn results(ui: &Ui, model: &Model) -> (Option<Outcome>, bool) {
     (held.done.as_ref().map(|(_, rows)| rows.clone()), fresh)
 }
 
-/// Draws the window while it is open.
+/// Draws the table.
 pub fn show(ui: &mut Ui, state: &mut State) {
-    let mut open = state.validation_open;
-    if !open {
-        return;
-    }
-    Window::new("Table A.1: all 16 experiments")
-        .open(&mut open)
-        .default_size([880.0, 640.0])
-        .default_pos([360.0, 70.0])
-        .show(ui, |ui| content(ui, state));
-    state.validation_open = open && state.validation_open;
-}
-
-fn content(ui: &mut Ui, state: &mut State) {
     let model = &state.setup.preset.model;
     if !(model.has_ground && model.piezo.is_some()) {
         ui.label("This device has no ground or no drive. The table is about the paper's device: choose the preset paper.");
@@ -124,7 +111,7 @@ fn content(ui: &mut Ui, state: &mut State) {
     };
     let key = Id::unique("validation look");
     let mut view: TableView = ui.data(|data| data.get_temp(key)).unwrap_or_default();
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.label("Errors against");
         ui.selectable_value(&mut view.against, Column::Experiment, "the experiment");
         ui.selectable_value(&mut view.against, Column::Paper, "the paper's simulation");
@@ -133,7 +120,10 @@ fn content(ui: &mut Ui, state: &mut State) {
         }
     });
     calibrate::controls(ui, state);
-    ScrollArea::both().id_salt("validation").show(ui, |ui| {
+    ScrollArea::both()
+        .id_salt("validation")
+        .auto_shrink([false, false])
+        .show(ui, |ui| {
         calibrate::result(ui, state);
         table(ui, state, &rows, &mut view);
         ui.add_space(8.0);
