@@ -129,7 +129,9 @@ mod tests {
             let visuals = visuals(dark);
             let widgets = &visuals.widgets;
             let panel = visuals.panel_fill;
-            let field = visuals.text_edit_bg_color.unwrap_or(visuals.extreme_bg_color);
+            let field = visuals
+                .text_edit_bg_color
+                .unwrap_or(visuals.extreme_bg_color);
             let plot = visuals.extreme_bg_color;
             let striped = over(visuals.faint_bg_color, panel);
             let button = widgets.inactive.weak_bg_fill;
@@ -141,10 +143,18 @@ mod tests {
                 ("strong text", visuals.strong_text_color(), with(&[field])),
                 ("warning", visuals.warn_fg_color, grounds.clone()),
                 ("error", error(dark), with(&[field])),
-                ("error of the library", visuals.error_fg_color, grounds.clone()),
+                (
+                    "error of the library",
+                    visuals.error_fg_color,
+                    grounds.clone(),
+                ),
                 ("good", good(dark), grounds.clone()),
                 ("link", visuals.hyperlink_color, grounds.clone()),
-                ("button", widgets.inactive.text_color(), with(&[button, field])),
+                (
+                    "button",
+                    widgets.inactive.text_color(),
+                    with(&[button, field]),
+                ),
                 (
                     "button under the pointer",
                     widgets.hovered.text_color(),

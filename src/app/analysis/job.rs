@@ -86,8 +86,8 @@ impl<P: Send + 'static, T: Send + 'static> Job<P, T> {
         };
         let thread = std::thread::Builder::new().name(name.to_owned());
         let started = thread.spawn(move || {
-            let result =
-                catch_unwind(AssertUnwindSafe(|| in_own_pool(|| work(&control)))).unwrap_or_else(|panic| {
+            let result = catch_unwind(AssertUnwindSafe(|| in_own_pool(|| work(&control))))
+                .unwrap_or_else(|panic| {
                     let text = panic_text(panic.as_ref());
                     Err(format!("internal error: {text}"))
                 });

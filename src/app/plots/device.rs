@@ -127,10 +127,7 @@ impl Layout {
 pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
     let room = ui.available_size();
     let height = if room.y.is_finite() { room.y } else { 220.0 };
-    let size = vec2(
-        room.x.max(240.0),
-        height.max(MIN_HEIGHT),
-    );
+    let size = vec2(room.x.max(240.0), height.max(MIN_HEIGHT));
     let (rect, response) = ui.allocate_exact_size(size, Sense::CLICK);
     let seen = state
         .snapshot

@@ -70,7 +70,10 @@ impl EventCorners {
                 corner.value += missing * (corner.time - trace.time(i)) / trace.dt;
             }
             corners.push(corner(end, stop, false));
-            if corners[from..].iter().any(|corner| !corner.value.is_finite()) {
+            if corners[from..]
+                .iter()
+                .any(|corner| !corner.value.is_finite())
+            {
                 corners.truncate(from);
             }
         }

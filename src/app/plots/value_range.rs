@@ -2,13 +2,15 @@
 //! axis change them. A range that a person chose stays until it is given up: the same residual is
 //! then drawn at the same height while a slider is dragged.
 
-use eframe::egui::{Button, CursorIcon, Ui};
+use eframe::egui::{Button, CursorIcon, EventFilter, Key, Response, StrokeKind, Ui};
 
 use super::frame::time_plot::{Reply, TimePlot};
 use crate::app::state::State;
 
 /// Points of the wheel that change the span of the values by the factor e.
 const WHEEL_POINTS: f32 = 220.0;
+/// Factor on the span of one press of an arrow key.
+const KEY_FACTOR: f64 = 1.25;
 /// Shortest span of values in view, as a share of the larger of the two edges: more than the
 /// rounding of a number on screen.
 const MIN_RELATIVE_SPAN: f64 = 1e-7;
@@ -17,7 +19,19 @@ const SPAN_LIMITS: (f64, f64) = (1e-18, 1e6);
 
 /// What the pointer does on the axis.
 const HELP: &str = "Wheel: zoom in values (in the plot: Alt and wheel). Drag: move. \
-     Double-click: show all values. Right-click: keep this scale.";
+     Double-click or Backspace: show all values. Up and down keys: zoom. \
+     Right-click: keep this scale.";
+
+/// How many steps the up and down keys ask to zoom in.
+fn key_steps(ui: &Ui, axis: &Response) -> i32 {
+    let filter = EventFilter {
+        vertical_arrows: true,
+        ..EventFilter::default()
+    };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(axis.id, filter));
+    let pressed = |key| ui.input(|input| input.num_presses(key)) as i32;
+    pressed(Key::ArrowUp) - pressed(Key::ArrowDown)
+}
 
 /// Sets the range that the person chose for a picture.
 pub fn choose(plot: &mut TimePlot, state: &State) {
@@ -54,18 +68,36 @@ pub fn react(ui: &Ui, state: &mut State, reply: &Reply) {
         let factor = f64::from((-scroll.y / WHEEL_POINTS).exp());
         if factor != 1.0 && factor.is_finite() {
             let fixed = high - span * f64::from(pointer.y - frame.top()) / height;
-            range = Some((fixed - (fixed - low) * factor, fixed + (high - fixed) * factor));
+            range = Some((
+                fixed - (fixed - low) * factor,
+                fixed + (high - fixed) * factor,
+            ));
         }
+    }
+    if axis.has_focus() {
+        let steps = key_steps(ui, axis);
+        if steps != 0 {
+            let (middle, half) = (0.5 * (low + high), 0.5 * span);
+            let half = half * KEY_FACTOR.powi(-steps);
+            range = Some((middle - half, middle + half));
+        }
+        let ring = ui.visuals().selection.stroke;
+        ui.painter()
+            .rect_stroke(axis.rect, 2.0, ring, StrokeKind::Inside);
     }
     if let Some(range) = range.filter(|&range| is_valid(range)) {
         state.view.value_ranges.insert(name.to_owned(), range);
     }
-    if axis.double_clicked() {
+    let reset = axis.has_focus() && ui.input(|input| input.key_pressed(Key::Backspace));
+    if axis.double_clicked() || reset {
         state.view.value_ranges.remove(name);
     }
     axis.context_menu(|ui| {
         if ui.button("Keep this scale").clicked() {
-            state.view.value_ranges.insert(name.to_owned(), reply.values);
+            state
+                .view
+                .value_ranges
+                .insert(name.to_owned(), reply.values);
             ui.close();
         }
         let is_chosen = state.view.value_ranges.contains_key(name);

@@ -19,11 +19,7 @@ struct Entry {
 
 impl Entry {
     /// `None` for a job that has ended and only waits for its panel.
-    fn of<P, T>(
-        name: &'static str,
-        job: &Job<P, T>,
-        share: impl FnOnce(&P) -> f64,
-    ) -> Option<Self>
+    fn of<P, T>(name: &'static str, job: &Job<P, T>, share: impl FnOnce(&P) -> f64) -> Option<Self>
     where
         P: Clone + Send + 'static,
         T: Send + 'static,
@@ -66,8 +62,7 @@ fn entries(services: &Services, ui: &Ui) -> Vec<Entry> {
             .and_then(|job| Entry::of("fit to Table A.1", job, |(share, _)| *share)),
         (diagnosing.running.as_ref())
             .and_then(|running| Entry::of("diagnosis", &running.job, |p| p.done)),
-        (diagnosing.trial.making.as_ref())
-            .and_then(|job| Entry::of("sealed trial", job, |()| 0.0)),
+        (diagnosing.trial.making.as_ref()).and_then(|job| Entry::of("sealed trial", job, |()| 0.0)),
     ]
     .into_iter()
     .flatten()

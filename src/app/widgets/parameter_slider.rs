@@ -107,9 +107,7 @@ impl ParameterSlider<'_> {
                 let (rest, lock) = split_right(rest, ICON_SIZE + PART_GAP);
                 let (rest, reset) = split_right(rest, ICON_SIZE + PART_GAP);
                 let (track, value) = split_right(rest, field + PART_GAP);
-                self.place(ui, name, "name", |ui| {
-                    self.symbol(ui, SMALL_SYMBOL_SIZE)
-                });
+                self.place(ui, name, "name", |ui| self.symbol(ui, SMALL_SYMBOL_SIZE));
                 self.place(ui, track, "track", |ui| {
                     self.track(ui, track.width(), 18.0, &mut output);
                 });
@@ -212,6 +210,7 @@ impl ParameterSlider<'_> {
             size: vec2(width, height),
         }
         .show(ui);
+        super::slider_search::arrive(ui, self.id, &shown.response);
         if self.scope.is_empty() {
             let name = format!("slider {}", self.id);
             crate::app::plots::frame::layout_note::note(ui.ctx(), &name, shown.response.rect);

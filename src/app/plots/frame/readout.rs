@@ -378,7 +378,11 @@ mod tests {
     #[test]
     fn shortened_names_of_a_series_stay_distinct() {
         assert_eq!(shortened("xp oscillator-1.csv"), "xp oscillator-1");
-        let long = |n| shortened(&format!("xp measurement of the third device on the second day {n}.csv"));
+        let long = |n| {
+            shortened(&format!(
+                "xp measurement of the third device on the second day {n}.csv"
+            ))
+        };
         assert_ne!(long("0001"), long("0002"));
         assert!(long("0001").chars().count() <= MAX_NAME_LETTERS);
     }

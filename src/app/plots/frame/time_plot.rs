@@ -195,7 +195,7 @@ impl TimePlot {
             frame.left_bottom(),
         );
         let id = Id::unique(("value axis", self.picture.name()));
-        let axis = ui.interact(axis, id, Sense::CLICK | Sense::DRAG);
+        let axis = ui.interact(axis, id, Sense::click_and_drag());
         let name = format!("Scale of {}", self.picture.name());
         axis.widget_info(|| WidgetInfo::labeled(Role::Splitter, true, &name));
         Reply {

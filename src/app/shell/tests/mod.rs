@@ -6,6 +6,8 @@ pub(super) mod access;
 #[cfg(test)]
 pub(super) mod diagnosis;
 #[cfg(test)]
+pub(super) mod reachable;
+#[cfg(test)]
 pub(super) mod reference_curve;
 
 use std::path::{Path, PathBuf};
@@ -33,7 +35,7 @@ pub(super) fn preset(name: &str) -> Preset {
     Preset::embedded(name).unwrap()
 }
 
-fn harness(preset: Preset) -> Harness<'static, Shell> {
+pub(super) fn harness(preset: Preset) -> Harness<'static, Shell> {
     harness_of(preset, WindowOptions::default())
 }
 
@@ -209,7 +211,11 @@ fn w_comes_back_to_the_whole_span_from_anywhere() {
         view.value_ranges.insert(name, (0.0, 1e-6));
     };
     // Seconds into a live run, long after the span; part of both; without a live run.
-    for (looked_at, live) in [((5.0, 5.2), true), ((0.01, 0.02), true), ((0.01, 0.02), false)] {
+    for (looked_at, live) in [
+        ((5.0, 5.2), true),
+        ((0.01, 0.02), true),
+        ((0.01, 0.02), false),
+    ] {
         if live {
             harness.key_press(Key::L);
             wait(&mut harness, |shown| shown.live.is_some());

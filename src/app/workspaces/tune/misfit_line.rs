@@ -30,7 +30,10 @@ fn text(ui: &Ui, state: &State) -> String {
             Some(noise) => format!(", {} x noise", format_number(comparison.rms / noise, 2)),
             None => String::new(),
         };
-        parts.push(format!("rms {rms}{noise} ({})", name_of(&state.setup, entry.id)));
+        parts.push(format!(
+            "rms {rms}{noise} ({})",
+            name_of(&state.setup, entry.id)
+        ));
     }
     if parts.is_empty() {
         "misfit: no recording is compared".to_owned()

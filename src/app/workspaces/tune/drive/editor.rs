@@ -181,6 +181,31 @@ fn editable_values(waveform: &mut Waveform) -> Vec<(ParameterSpec, &mut f64)> {
     }
 }
 
+/// The sliders of a drive.
+pub(crate) fn slider_specs(drive: &DriveChoice) -> Vec<ParameterSpec> {
+    match drive {
+        DriveChoice::Recorded(_) => Vec::new(),
+        DriveChoice::Waveform(waveform) => {
+            let mut waveform = waveform.clone();
+            let values = editable_values(&mut waveform);
+            values.into_iter().map(|(spec, _)| spec).collect()
+        }
+    }
+}
+
+/// Whether a slider of any drive has this id.
+pub(crate) fn has_slider(id: &str) -> bool {
+    let all = [
+        FREQUENCY_SPEC,
+        AMPLITUDE_SPEC,
+        LAMBDA_SPEC,
+        FROM_SPEC,
+        TO_SPEC,
+        SWEEP_SPEC,
+    ];
+    all.iter().any(|spec| spec.id == id)
+}
+
 /// From which value on a drive is beyond what the gain curve of the piezo film was measured for.
 fn extrapolation_of(id: &str) -> Option<Extrapolation> {
     if id == AMPLITUDE_SPEC.id {

@@ -124,12 +124,12 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         .id_salt("validation")
         .auto_shrink([false, false])
         .show(ui, |ui| {
-        calibrate::result(ui, state);
-        table(ui, state, &rows, &mut view);
-        ui.add_space(8.0);
-        ui.separator();
-        table_3(ui, &rows);
-    });
+            calibrate::result(ui, state);
+            table(ui, state, &rows, &mut view);
+            ui.add_space(8.0);
+            ui.separator();
+            table_3(ui, &rows);
+        });
     ui.data_mut(|data| data.insert_temp(key, view));
 }
 
