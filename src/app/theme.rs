@@ -180,6 +180,7 @@ mod tests {
             texts.extend([
                 ("axis", palette.text, vec![panel, plot]),
                 ("name of a level", palette.ground, vec![panel, plot]),
+                ("after a diagnosis", palette.proof_mass, grounds.clone()),
                 ("first cursor", palette.cursor[0], vec![panel, plot]),
                 ("second cursor", palette.cursor[1], vec![panel, plot]),
                 ("verdict, adequate", palette.release, grounds.clone()),

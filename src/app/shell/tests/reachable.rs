@@ -1,6 +1,7 @@
 //! What a person reaches whatever else is shown: what is under a notice, running jobs, and
 //! sliders by keys.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use eframe::egui::accesskit::Role;
@@ -23,6 +24,10 @@ fn a_click_on_a_notice_reaches_what_is_under_it_and_only_its_buttons_take_clicks
         .state_mut()
         .services
         .notice(true, "something failed");
+    // Older notices are above newer ones: the first is over a plot, not over its time axis.
+    for text in ["and another", "and a third one"] {
+        harness.state_mut().services.notice(true, text);
+    }
     harness.run_steps(10);
     let notice = harness.get_by_label("something failed").rect();
     let plot = harness
@@ -52,10 +57,18 @@ fn a_click_on_a_notice_reaches_what_is_under_it_and_only_its_buttons_take_clicks
         services.state.cursors.first.is_some(),
         "the click was swallowed"
     );
-    assert_eq!(services.state.notices.len(), 1);
-    harness.get_by_label("Dismiss").click();
+    assert_eq!(services.state.notices.len(), 3);
+    harness.get_by_label("Dismiss all").click();
     harness.run_steps(3);
     assert!(harness.state().services.state.notices.is_empty());
+}
+
+/// Work without a result that lasts until it is cancelled.
+fn stopped<T>(cancel: &AtomicBool) -> Result<T, String> {
+    while !cancel.load(Ordering::Relaxed) {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    Err("stopped".to_owned())
 }
 
 #[test]
@@ -63,12 +76,6 @@ fn jobs_are_seen_and_cancelled_from_any_workspace() {
     let mut harness = harness(preset("paper"));
     wait(&mut harness, |_| true);
     let context = harness.ctx.clone();
-    let stopped = |control: &std::sync::atomic::AtomicBool| {
-        while !control.load(std::sync::atomic::Ordering::Relaxed) {
-            std::thread::sleep(Duration::from_millis(2));
-        }
-        Err("stopped".to_owned())
-    };
     let fit = Job::start("fit", &context, move |control| stopped(control.cancel()));
     let table = Job::start("table fit", &context, move |control| {
         control.report((0.4, Duration::from_secs(9)));

@@ -153,21 +153,21 @@ fn readout_panel(ui: &mut Ui, state: &mut State, room: f32) {
 
 /// One tab for each open tool, and the button that closes the one in front.
 fn tabs(ui: &mut Ui, state: &mut State, open: &[Tool], front: &mut Option<Tool>) {
-    ui.horizontal_wrapped(|ui| {
-        for &tool in open {
-            let tab = ui.selectable_label(*front == Some(tool), tool.title());
-            if tab.clicked() {
-                *front = Some(tool);
-            }
-        }
-        let shown = *front;
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let Some(tool) = shown else {
-                return;
-            };
+    // The button is placed first, so that a narrow panel wraps the tabs instead of cutting it off.
+    ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
+        if let Some(tool) = *front {
             let label = format!("close {}", tool.title());
             if icon_button(ui, Icon::Remove, &label).clicked() {
                 *tool.open(state) = false;
+            }
+        }
+        let wrapped = Layout::left_to_right(Align::Min).with_main_wrap(true);
+        ui.with_layout(wrapped, |ui| {
+            for &tool in open {
+                let tab = ui.selectable_label(*front == Some(tool), tool.title());
+                if tab.clicked() {
+                    *front = Some(tool);
+                }
             }
         });
     });
