@@ -19,6 +19,10 @@ const FORCES: [ForceColumn; 6] = [
     ("F_pull_off", |f| &f.pull_off),
 ];
 
+/// Why a run is not written without its forces.
+const NO_FORCES: &str =
+    "the forces of this run cannot be computed again; show the plot Forces and export once more";
+
 /// Largest difference of a reading between a run and its repetition \[m\]: a thousandth of what any
 /// sensor resolves. The times of the samples may differ in their last digit.
 const REPEATED_RUN_TOLERANCE: f64 = 1e-12;
@@ -31,28 +35,37 @@ const REPEATED_RUN_TOLERANCE: f64 = 1e-12;
 pub fn text(snapshot: &Snapshot) -> Result<Vec<u8>, String> {
     let trace = &*snapshot.trace;
     match &trace.forces {
-        Some(forces) => table(trace, Some(forces)),
-        None => table(trace, forces_of(snapshot).as_ref()),
+        Some(forces) => table(trace, forces),
+        None => match forces_of(snapshot) {
+            Some(forces) => table(trace, &forces),
+            None => Err(NO_FORCES.to_owned()),
+        },
     }
 }
 
 /// The forces of a run that was simulated without; `None` if it cannot be repeated.
 fn forces_of(snapshot: &Snapshot) -> Option<ForceTraces> {
     let (drive, duration) = snapshot.run_of.as_ref()?;
-    let options = Options {
-        rate: 1.0 / snapshot.trace.dt,
-        forces: true,
-        ..Options::default()
-    };
-    let again = simulate(&snapshot.model, drive, *duration, &options).ok()?;
-    let (now, before) = (&again.proof_mass, &snapshot.trace.proof_mass);
-    let mut pairs = now.iter().zip(before);
-    let is_same = now.len() == before.len()
-        && pairs.all(|(now, before)| (now - before).abs() <= REPEATED_RUN_TOLERANCE);
-    is_same.then_some(again.forces).flatten()
+    let rate = 1.0 / snapshot.trace.dt;
+    // The rate that was asked for is one of these: its reciprocal was rounded.
+    let rates = [rate.round(), rate, rate.next_up(), rate.next_down()];
+    let near = rates.into_iter().filter(|r| (r - rate).abs() < 1e-9 * rate);
+    near.into_iter().find_map(|rate| {
+        let options = Options {
+            rate,
+            forces: true,
+            ..Options::default()
+        };
+        let again = simulate(&snapshot.model, drive, *duration, &options).ok()?;
+        let (now, before) = (&again.proof_mass, &snapshot.trace.proof_mass);
+        let mut pairs = now.iter().zip(before);
+        let is_same = now.len() == before.len()
+            && pairs.all(|(now, before)| (now - before).abs() <= REPEATED_RUN_TOLERANCE);
+        is_same.then_some(again.forces).flatten()
+    })
 }
 
-fn table(trace: &Trace, forces: Option<&ForceTraces>) -> Result<Vec<u8>, String> {
+fn table(trace: &Trace, forces: &ForceTraces) -> Result<Vec<u8>, String> {
     let mut readings = Vec::new();
     let cantilever = (!trace.cantilever.is_empty()).then_some(trace.cantilever.as_slice());
     write_csv(
@@ -68,9 +81,7 @@ fn table(trace: &Trace, forces: Option<&ForceTraces>) -> Result<Vec<u8>, String>
         columns.push(("vc", "m/s", &trace.cantilever_velocity));
     }
     for (name, values) in FORCES {
-        if let Some(forces) = forces {
-            columns.push((name, "N", values(forces)));
-        }
+        columns.push((name, "N", values(forces)));
     }
     let mut text = Vec::with_capacity(2 * readings.len() + 256);
     for (line, cells) in readings.split(|&byte| byte == b'\n').enumerate() {

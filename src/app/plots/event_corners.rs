@@ -11,6 +11,8 @@ struct Corner {
     time: f64,
     /// Reading of the proof mass \[m\].
     value: f64,
+    /// Velocity of the proof mass just before and just after [m/s].
+    velocities: [f64; 2],
     /// Points between the same two samples have the same number.
     interval: usize,
     is_event: bool,
@@ -49,18 +51,20 @@ impl EventCorners {
                 continue;
             };
             let (mut time, mut value, mut velocity) = (trace.time(i), start, v_start);
-            let corner = |time, value, is_event| Corner {
+            let corner = |time, value, velocities, is_event| Corner {
                 time,
                 value,
+                velocities,
                 interval: i,
                 is_event,
             };
             let from = corners.len();
-            corners.push(corner(time, value, false));
+            corners.push(corner(time, value, [v_start; 2], false));
             for event in &group {
                 value += 0.5 * (velocity + event.velocity_before) * (event.time - time);
                 (time, velocity) = (event.time, event.velocity_after);
-                corners.push(corner(time, value, true));
+                let velocities = [event.velocity_before, event.velocity_after];
+                corners.push(corner(time, value, velocities, true));
             }
             value += 0.5 * (velocity + v_stop) * (end - time);
             // What the velocities do not know, such as a lag of the sensor, grows over the
@@ -69,7 +73,7 @@ impl EventCorners {
             for corner in &mut corners[from..] {
                 corner.value += missing * (corner.time - trace.time(i)) / trace.dt;
             }
-            corners.push(corner(end, stop, false));
+            corners.push(corner(end, stop, [v_stop; 2], false));
             if corners[from..]
                 .iter()
                 .any(|corner| !corner.value.is_finite())
@@ -87,6 +91,26 @@ impl EventCorners {
         rest.take_while(move |corner| corner.time <= to)
             .filter(|corner| corner.is_event)
             .map(|corner| [corner.time, corner.value])
+    }
+
+    /// Least and greatest velocity just before and after the events from `from` to `to` \[s\]
+    /// [m/s].
+    pub fn velocity_range(&self, from: f64, to: f64) -> Option<(f64, f64)> {
+        let first = self.0.partition_point(|corner| corner.time < from);
+        let in_view = self.0[first..].iter().take_while(|c| c.time <= to);
+        let all = in_view.filter(|c| c.is_event).flat_map(|c| c.velocities);
+        all.filter(|v| v.is_finite()).fold(None, |range, v| {
+            let (low, high) = range.unwrap_or((v, v));
+            Some((v.min(low), v.max(high)))
+        })
+    }
+
+    /// The events between samples `i` and `i + 1`: reading and velocity, just before and after.
+    pub fn between(&self, i: usize) -> impl Iterator<Item = [f64; 2]> {
+        let first = self.0.partition_point(|corner| corner.interval < i);
+        let here = self.0[first..].iter().take_while(move |c| c.interval == i);
+        let events = here.filter(|corner| corner.is_event);
+        events.flat_map(|corner| corner.velocities.map(|velocity| [corner.value, velocity]))
     }
 
     /// Reading at `t` \[s\] between two samples with an event between them, else `None`.
@@ -138,6 +162,13 @@ mod tests {
         assert!((value(32e-6) + 57.996e-6).abs() < 1e-15);
         assert_eq!(corners.value_at(10e-6), None, "no event near");
         assert_eq!(corners.value_at(50e-6), None);
+        // In the plane of displacement and velocity the impact is a vertical line at the ground.
+        let plane: Vec<_> = corners.between(1).collect();
+        assert_eq!(plane.len(), 2);
+        assert_eq!([plane[0][1], plane[1][1]], [-1e-3, 5e-4]);
+        assert_eq!(plane[0][0], plane[1][0]);
+        assert_eq!(corners.between(0).count() + corners.between(2).count(), 0);
+        assert_eq!(corners.velocity_range(0.0, 1.0), Some((-1e-3, 5e-4)));
     }
 
     #[test]

@@ -21,14 +21,10 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     let palette = style::palette(ui);
     let mut plot = TimePlot::new(Picture::Trajectory, "displacement x", "m");
     plot.least = 1e-10;
-    let corners = |slot: &'static str, trace: &Arc<Trace>| {
-        let id = Id::unique(("event corners", slot));
-        cache::cached(ui, id, Source::of(trace), || EventCorners::of(trace))
-    };
     if let Some(reference) = &state.reference {
         let pyramid = Arc::clone(&reference.proof_mass_pyramid);
         let curve = Curve::new("A: xp", pyramid, palette.reference).width(1.5);
-        let curve = curve.through(corners("reference", &reference.trace));
+        let curve = curve.through(corners(ui, "reference", &reference.trace));
         plot.curves.push(curve.dashed());
     }
     plot.curves.extend(recorded(ui, state, Channel::Cantilever));
@@ -43,7 +39,7 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
             Arc::clone(&snapshot.proof_mass_pyramid),
             palette.proof_mass,
         )
-        .through(corners("run", &snapshot.trace));
+        .through(corners(ui, "run", &snapshot.trace));
         plot.curves.push(proof_mass.clone().width(THICK_LINE));
         if let Some(value) = snapshot.trace.ground_level {
             plot.levels.push(Level {
@@ -60,6 +56,12 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     // Recordings are drawn over the simulation, which has to match them.
     plot.curves.extend(recorded(ui, state, Channel::ProofMass));
     plot
+}
+
+/// The points of a run at its events. `slot` distinguishes the runs that are shown.
+pub fn corners(ui: &Ui, slot: &'static str, trace: &Arc<Trace>) -> Arc<EventCorners> {
+    let id = Id::unique(("event corners", slot));
+    cache::cached(ui, id, Source::of(trace), || EventCorners::of(trace))
 }
 
 /// A channel of every visible recording that has it, aligned, in its colour.
