@@ -18,7 +18,7 @@ use crate::model::preset::Preset;
 use crate::recording::events::events_csv;
 
 /// Why nothing can be exported.
-const NO_RUN: &str = "there is no simulated run yet";
+const MISSING_RUN_REASON: &str = "there is no simulated run yet";
 
 /// Saves the present state to a path, in the form that `purpose` names.
 pub fn save(services: &Services, purpose: Purpose, path: PathBuf) {
@@ -46,7 +46,7 @@ fn write(
     let text = |error: &dyn std::error::Error| error.to_string();
     let trace = || match &state.snapshot {
         Some(snapshot) => Ok(&*snapshot.trace),
-        None => Err(NO_RUN.to_owned()),
+        None => Err(MISSING_RUN_REASON.to_owned()),
     };
     let answer = || match state.diagnosing.shown() {
         Some(answer) => Ok(&answer.diagnosis),
@@ -77,7 +77,7 @@ fn write(
         Purpose::Svg => trace().and_then(|_| export::svg(path, state).map_err(|e| text(&e))),
         Purpose::Png => trace().and_then(|_| export::png(path, state).map_err(|e| text(&e))),
         Purpose::Trace => {
-            let snapshot = state.snapshot.as_ref().ok_or(NO_RUN)?;
+            let snapshot = state.snapshot.as_ref().ok_or(MISSING_RUN_REASON)?;
             write_atomically(path, &export::trace_csv::text(snapshot)?).map_err(|e| text(&e))
         }
         Purpose::Events => events_csv::write(path, &trace()?.events)

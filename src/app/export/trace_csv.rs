@@ -20,7 +20,7 @@ const FORCES: [ForceColumn; 6] = [
 ];
 
 /// Why a run is not written without its forces.
-const NO_FORCES: &str =
+const MISSING_FORCES_REASON: &str =
     "the forces of this run cannot be computed again; show the plot Forces and export once more";
 
 /// Largest difference of a reading between a run and its repetition \[m\]: a thousandth of what any
@@ -38,7 +38,7 @@ pub fn text(snapshot: &Snapshot) -> Result<Vec<u8>, String> {
         Some(forces) => table(trace, forces),
         None => match forces_of(snapshot) {
             Some(forces) => table(trace, &forces),
-            None => Err(NO_FORCES.to_owned()),
+            None => Err(MISSING_FORCES_REASON.to_owned()),
         },
     }
 }

@@ -18,7 +18,7 @@ const MIN_RELATIVE_SPAN: f64 = 1e-7;
 const SPAN_LIMITS: (f64, f64) = (1e-18, 1e6);
 
 /// What the pointer does on the axis.
-const HELP: &str = "Wheel: zoom in values (in the plot: Alt and wheel). Drag: move. \
+const AXIS_HELP: &str = "Wheel: zoom in values (in the plot: Alt and wheel). Drag: move. \
      Double-click or Backspace: show all values. Up and down keys: zoom. \
      Right-click: keep this scale.";
 
@@ -110,5 +110,5 @@ pub fn react(ui: &Ui, state: &mut State, reply: &Reply) {
     if axis.hovered() || axis.dragged() {
         ui.set_cursor_icon(CursorIcon::ResizeVertical);
     }
-    axis.clone().on_hover_text(HELP);
+    axis.clone().on_hover_text(AXIS_HELP);
 }
