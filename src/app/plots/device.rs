@@ -73,7 +73,9 @@ struct Layout {
 
 impl Layout {
     fn new(rect: Rect, kind: Kind, ground: Option<f64>, extremes: &Extremes) -> Self {
-        let column_width = (0.22 * rect.width()).clamp(164.0, 210.0);
+        // In a narrow picture the text takes at most half of the width.
+        let widest = (0.5 * rect.width()).clamp(110.0, 210.0);
+        let column_width = (0.22 * rect.width()).clamp(164.0_f32.min(widest), widest);
         let area = Rect::from_min_max(
             rect.min,
             pos2(
