@@ -5,6 +5,7 @@ use anyhow::{Context, bail};
 use super::{Failure, wrong_command};
 use crate::model::drive::{DriveReading, Waveform};
 use crate::model::effects::ActiveEffect;
+use crate::model::piezo::MEASURED_VOLTAGE;
 use crate::model::preset::Preset;
 use crate::model::unit::{format_quantity, parse_quantity};
 use crate::model::{Model, effects};
@@ -13,8 +14,6 @@ use crate::recording::measured_drive::drive_of_samples;
 
 /// Factor outside its slider's range from which a value is odd.
 const ODD_VALUE_FACTOR: f64 = 10.0;
-/// Voltage up to which the branches of the piezo film were measured \[V\].
-const KNOWN_VOLTAGE: f64 = 8.0;
 
 /// A drive as on the command line, files included.
 pub fn read_drive(text: &str, duration: f64) -> Result<Waveform, Failure> {
@@ -116,9 +115,9 @@ pub fn warn_of_odd_values(preset: &Preset, model: &Model, drive: &Waveform) {
         }
     }
     let volts = drive.amplitude();
-    if model.piezo.is_some() && volts > 2.0 * KNOWN_VOLTAGE {
+    if model.piezo.is_some() && volts > 2.0 * MEASURED_VOLTAGE {
         eprintln!(
-            "impactscope: warning: the drive reaches {}, but the piezo's branches were measured only up to {KNOWN_VOLTAGE} V; the result is an extrapolation",
+            "impactscope: warning: the drive reaches {}, but the piezo's branches were measured only up to {MEASURED_VOLTAGE} V; the result is an extrapolation",
             format_quantity(volts, "V", 3)
         );
     }

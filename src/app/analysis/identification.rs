@@ -39,7 +39,7 @@ struct Looked {
     readings: Option<Arc<ContactReadings>>,
 }
 
-/// State of the identification window.
+/// State of the identification panel.
 #[derive(Debug, Clone, Default)]
 pub struct Identification {
     /// Whether it is open.
@@ -71,6 +71,14 @@ fn recordings(setup: &Setup) -> Vec<Arc<Recording>> {
 impl Identification {
     /// Takes the results of the thread, and examines the recordings again if they have changed.
     pub fn poll(&mut self, setup: &Setup, context: &Context) {
+        self.collect(setup);
+        if self.job.is_none() && self.seen.as_ref() != Some(&seen(setup)) {
+            self.look(setup, context);
+        }
+    }
+
+    /// Takes the results of the thread, whether or not the panel is open.
+    pub fn collect(&mut self, setup: &Setup) {
         if self.of != setup.preset.model.name {
             // Results of one device must not be applied to another.
             self.of.clone_from(&setup.preset.model.name);
@@ -104,9 +112,6 @@ impl Identification {
                 (None, _) => self.looked = None,
             }
             self.job = None;
-        }
-        if self.job.is_none() && self.seen.as_ref() != Some(&seen(setup)) {
-            self.look(setup, context);
         }
     }
 

@@ -62,6 +62,7 @@ fn a_saved_session_is_restored_unchanged() {
         let view = View {
             slow_down: 0.003,
             time_range: Some((0.01, 0.02)),
+            value_ranges: [("Phase portrait".to_owned(), (-1e-6, 2e-6))].into(),
             workspace: "diagnose".to_owned(),
             ..View::default()
         };

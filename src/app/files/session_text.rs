@@ -277,6 +277,13 @@ fn check(file: &File) -> Result<(), String> {
             "the time range in view, {start} s to {end} s, is empty"
         ));
     }
+    for (name, (low, high)) in &file.view.value_ranges {
+        if !(low.is_finite() && high.is_finite() && low < high) {
+            return Err(format!(
+                "the range of values in view of {name}, {low} to {high}, is empty"
+            ));
+        }
+    }
     let found = file.recording.len();
     if let Some(expected) = file.recordings
         && expected != found

@@ -82,6 +82,10 @@ impl Shell {
             reference_curve::restore(services);
         }
         diagnosis::update(services);
+        // Results are taken whichever workspace and panel is open.
+        let state = &mut services.state;
+        state.fitting.poll(&state.setup);
+        state.identification.collect(&state.setup);
         if self.applied_dark != Some(services.state.view.dark) {
             self.applied_dark = Some(services.state.view.dark);
             theme::apply(ui.ctx(), services.state.view.dark);
