@@ -18,6 +18,7 @@
 pub mod contact_readings;
 pub mod contact_sample;
 pub mod error;
+pub mod experiment;
 #[cfg(test)]
 mod free_tests;
 pub mod inspect;

@@ -208,6 +208,12 @@ fn sinusoids_before_lines(samples: &Samples<'_>) -> Option<Sinusoids> {
 }
 
 impl MeasuredDrive {
+    /// By how much all edges together may lie earlier or later \[s\].
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.edges.iter().map(|e| e.reach).fold(0.0, f64::max)
+    }
+
     /// As a waveform for the simulator, `shift` \[s\] later than measured.
     #[must_use]
     pub fn waveform(&self, name: &str, shift: f64) -> Waveform {
