@@ -11,6 +11,7 @@ use super::setup::current_setup::Setup;
 use super::setup::notice::{Notice, Refusal};
 use super::setup::overlay::OverlayId;
 use super::setup::view::{Picture, View};
+use super::simulation::misfit_history::MisfitHistory;
 use super::simulation::snapshot::Snapshot;
 
 /// The two time cursors, shared by all plots. Times in seconds.
@@ -33,6 +34,8 @@ pub struct State {
     pub view: View,
     /// The newest result, if there is one yet.
     pub snapshot: Option<Arc<Snapshot>>,
+    /// Total misfit before and after the last change.
+    pub misfit_history: MisfitHistory,
     /// The reference curve (A), to compare the present one with.
     pub reference: Option<Arc<Snapshot>>,
     /// Why the present values give no result.
@@ -71,6 +74,7 @@ impl State {
             setup,
             view,
             snapshot: None,
+            misfit_history: MisfitHistory::default(),
             reference: None,
             refusal: None,
             paused: false,

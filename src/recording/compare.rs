@@ -3,8 +3,8 @@
 use thiserror::Error;
 
 use super::align::Alignment;
-use super::grid::Grid;
 use super::{Channel, Recording};
+use crate::sim::{Reading, Trace, TraceCursor};
 
 /// Why there is nothing to compare.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -36,9 +36,8 @@ pub enum CompareError {
 pub struct Comparison {
     /// The first sample of the recording that lies on the simulated span.
     pub first: usize,
-    /// Recording (aligned) minus simulation at sample `first + i` of the recording, up
-    /// to the end of the simulated span, in the unit of the channel; NaN where either
-    /// has no value.
+    /// Simulation minus recording (aligned) at sample `first + i` of the recording, up to the end
+    /// of the simulated span, in the unit of the channel; NaN where either has no value.
     pub residual: Vec<f64>,
     /// Root mean square of the residual, in the unit of the channel.
     pub rms: f64,
@@ -55,26 +54,31 @@ pub struct Comparison {
     pub outside: usize,
 }
 
-/// Compares a channel with a simulated trace, at the recording's own samples; the
-/// simulation is interpolated as [`Grid::value_at`] does. Costs the samples on the
-/// simulated span, however long the recording is.
+/// Compares a reading with a simulated run, at the recording's own samples; between its samples
+/// the run is read as [`TraceCursor`] does. Costs the samples on the simulated span, however long
+/// the recording is.
 ///
 /// # Errors
-/// [`CompareError`] if the channel was not recorded or nothing overlaps.
+/// [`CompareError`] if the channel is no reading or was not recorded, or nothing overlaps.
 pub fn compare(
     recording: &Recording,
     channel: Channel,
     alignment: &Alignment,
-    simulated: Grid,
+    trace: &Trace,
 ) -> Result<Comparison, CompareError> {
+    let reading: fn(&Reading) -> f64 = match channel {
+        Channel::ProofMass => |r| r.xp,
+        Channel::Cantilever => |r| r.xc,
+        Channel::Voltage => return Err(CompareError::NotRecorded(channel.symbol())),
+    };
     let values = recording
         .channel(channel)
         .ok_or(CompareError::NotRecorded(channel.symbol()))?;
-    if simulated.values.is_empty() || simulated.dt.is_nan() || simulated.dt <= 0.0 {
+    if trace.is_empty() || trace.dt.is_nan() || trace.dt <= 0.0 {
         return Err(CompareError::BadGrid);
     }
-    let slack = 1e-6 * simulated.dt;
-    let (from, to) = (simulated.t0 - slack, simulated.end() + slack);
+    let slack = 1e-6 * trace.dt;
+    let (from, to) = (trace.t0 - slack, trace.end() + slack);
     // Recorded times increase.
     let start = recording
         .time
@@ -85,17 +89,20 @@ pub fn compare(
     let mut missing = 0;
     let (mut sum, mut squares, mut count) = (0.0, 0.0, 0usize);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut cursor = TraceCursor::new(trace);
     let residual: Vec<f64> = recording.time[inside.clone()]
         .iter()
         .zip(&values[inside.clone()])
         .map(|(&t, &raw)| {
-            let t = alignment.time(t);
             let measured = alignment.value(channel, raw);
-            let Some(value) = simulated.value_at(t).filter(|_| measured.is_finite()) else {
+            let simulated = cursor
+                .at(alignment.time(t))
+                .map_or(f64::NAN, |r| reading(&r));
+            let r = simulated - measured;
+            if !r.is_finite() {
                 missing += 1;
                 return f64::NAN;
-            };
-            let r = measured - value;
+            }
             sum += r;
             squares += r * r;
             count += 1;
@@ -109,8 +116,8 @@ pub fn compare(
         return Err(CompareError::NoOverlap {
             from: alignment.time(first),
             to: alignment.time(last),
-            sim_from: simulated.t0,
-            sim_to: simulated.end(),
+            sim_from: trace.t0,
+            sim_to: trace.end(),
         });
     }
     let rms = (squares / count as f64).sqrt();
@@ -131,24 +138,27 @@ pub fn compare(
 mod tests {
     use super::super::compare::*;
 
+    /// A run that rises evenly: 0, 2, 4 m at 0, 1, 2 s from `t0`.
+    fn rising(t0: f64) -> Trace {
+        Trace {
+            t0,
+            dt: 1.0,
+            proof_mass: vec![0.0, 2.0, 4.0],
+            proof_mass_velocity: vec![2.0; 3],
+            ..Trace::default()
+        }
+    }
+
     #[test]
     fn residual_at_the_recordings_samples() {
         let time = vec![-1.0, 0.0, 0.25, 0.5, 1.0, 3.0];
         let x = vec![9.0, 1.0, f64::NAN, 2.5, 3.0, 9.0];
         let recording = Recording::new("r", time, None, x, None).unwrap();
-        let simulated = Grid {
-            t0: 0.0,
-            dt: 1.0,
-            values: &[0.0, 2.0, 4.0],
-            slopes: None,
+        let trace = rising(0.0);
+        let of = |alignment: &Alignment| {
+            compare(&recording, Channel::ProofMass, alignment, &trace).unwrap()
         };
-        let c = compare(
-            &recording,
-            Channel::ProofMass,
-            &Alignment::default(),
-            simulated,
-        )
-        .unwrap();
+        let c = of(&Alignment::default());
         assert_eq!((c.count, c.missing, c.outside), (3, 1, 2));
         assert_eq!((c.first, c.residual.len()), (1, 4));
         let left: Vec<f64> = c
@@ -157,46 +167,36 @@ mod tests {
             .copied()
             .filter(|r| r.is_finite())
             .collect();
-        assert_eq!(left, [1.0, 1.5, 1.0]);
+        assert_eq!(left, [-1.0, -1.5, -1.0]);
         let rms = ((1.0 + 2.25 + 1.0) / 3.0f64).sqrt();
         assert!((c.rms - rms).abs() < 1e-12);
         assert!((c.nrmse_percent.unwrap() - 100.0 * rms / 2.0).abs() < 1e-9);
         // The alignment is applied before the comparison.
-        let shifted = Alignment {
+        let c = of(&Alignment {
             time_shift: 1.0,
             xp_offset: 1.0,
             ..Alignment::default()
-        };
-        let c = compare(&recording, Channel::ProofMass, &shifted, simulated).unwrap();
-        assert_eq!(c.residual[1], 1.0 + 1.0 - 2.0);
+        });
+        assert_eq!(c.residual[1], 2.0 - (1.0 + 1.0));
     }
 
     #[test]
     fn nothing_to_compare_is_an_error() {
         let recording = Recording::new("r", vec![0.0, 1.0], None, vec![0.0, 1.0], None).unwrap();
-        let grid = Grid {
-            t0: 5.0,
-            dt: 1.0,
-            values: &[0.0, 1.0],
-            slopes: None,
-        };
         let none = Alignment::default();
+        let of = |channel, trace: &Trace| compare(&recording, channel, &none, trace);
         assert!(matches!(
-            compare(&recording, Channel::ProofMass, &none, grid),
+            of(Channel::ProofMass, &rising(5.0)),
             Err(CompareError::NoOverlap { .. })
         ));
+        for channel in [Channel::Voltage, Channel::Cantilever] {
+            assert!(matches!(
+                of(channel, &rising(5.0)),
+                Err(CompareError::NotRecorded(_))
+            ));
+        }
         assert!(matches!(
-            compare(&recording, Channel::Voltage, &none, grid),
-            Err(CompareError::NotRecorded("V"))
-        ));
-        let empty = Grid {
-            t0: 0.0,
-            dt: 1.0,
-            values: &[],
-            slopes: None,
-        };
-        assert!(matches!(
-            compare(&recording, Channel::ProofMass, &none, empty),
+            of(Channel::ProofMass, &Trace::default()),
             Err(CompareError::BadGrid)
         ));
     }

@@ -39,6 +39,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use self::measured_drive::{MeasuredDrive, measured_drive};
+use self::noise::{NoiseEstimate, recording_noise};
 use crate::model::drive::{DriveError, DriveReading};
 
 /// One measured quantity of a recording.
@@ -126,18 +127,23 @@ pub struct Recording {
     pub warnings: Vec<ImportWarning>,
     /// Kept because it is asked for at every interpolation.
     interval: f64,
-    /// The drive as recognised, computed when first asked for.
-    drive: DriveCache,
+    /// What is computed of it when first asked for.
+    derived: Derived,
 }
 
 /// A drive that was made of a recording's voltage.
 type DriveResult = Result<Arc<MeasuredDrive>, DriveError>;
 
-/// Computed once. A clone starts empty: its voltage may be changed.
+/// Computed once. A clone starts empty: its channels may be changed.
 #[derive(Debug, Default)]
-struct DriveCache(OnceLock<Option<DriveResult>>);
+struct Derived {
+    /// The drive as recognised.
+    drive: OnceLock<Option<DriveResult>>,
+    /// Noise of each channel, in the order of [`Channel::ALL`].
+    noise: [OnceLock<Option<NoiseEstimate>>; 3],
+}
 
-impl Clone for DriveCache {
+impl Clone for Derived {
     fn clone(&self) -> Self {
         Self::default()
     }
@@ -193,7 +199,7 @@ impl Recording {
             cantilever,
             warnings: Vec::new(),
             interval,
-            drive: DriveCache::default(),
+            derived: Derived::default(),
         })
     }
 
@@ -351,9 +357,16 @@ impl Recording {
             Some(measured_drive(&self.name, &time, &volts, reading).map(Arc::new))
         };
         match reading {
-            DriveReading::Recognised => self.drive.0.get_or_init(make).clone(),
+            DriveReading::Recognised => self.derived.drive.get_or_init(make).clone(),
             _ => make(),
         }
+    }
+
+    /// Noise of a channel; `None` if it was not recorded or is too short to tell. Estimated once.
+    #[must_use]
+    pub fn noise(&self, channel: Channel) -> Option<NoiseEstimate> {
+        let slot = &self.derived.noise[channel as usize];
+        *slot.get_or_init(|| recording_noise(self, channel).ok())
     }
 
     /// The recorded voltage as samples of a drive, `(times [s], volts [V])` without missing

@@ -13,7 +13,7 @@ use crate::app::services::{ReferenceCurveStage, Services};
 use crate::app::setup::current_setup::choose_preset;
 use crate::app::setup::drive_choice::{DriveChoice, OwnDrive};
 use crate::app::setup::notice::About;
-use crate::app::setup::overlay::{Overlay, OverlayId};
+use crate::app::setup::overlay::{Estimates, Overlay, OverlayId};
 use crate::app::state::Cursors;
 use crate::model::unit::format_quantity;
 use crate::recording::Recording;
@@ -174,7 +174,7 @@ fn add_recording(
     let order = &services.requested_files;
     let rank = |path: &PathBuf| order.iter().position(|asked| asked == path);
     let own_rank = rank(&path);
-    let (alignment, color, visible, role, drive) = match (&entry, former) {
+    let (alignment, color, visible, role, drive, estimates) = match (&entry, former) {
         // A drive that cannot be read was refused when the session was opened.
         (Some(entry), _) => (
             entry.alignment,
@@ -182,6 +182,7 @@ fn add_recording(
             entry.visible,
             entry.role,
             own_drive(entry.drive.as_ref(), services.state.setup.duration).unwrap_or_default(),
+            entry.estimates,
         ),
         (None, Some(i)) => {
             let former = &overlays[i];
@@ -191,6 +192,7 @@ fn add_recording(
                 true,
                 former.role,
                 former.drive.clone(),
+                former.estimates,
             )
         }
         (None, None) => {
@@ -201,7 +203,14 @@ fn add_recording(
                 .chain(0..)
                 .find(|c| overlays.iter().all(|o| o.color != *c))
                 .unwrap_or(0);
-            (Alignment::default(), color, true, None, OwnDrive::default())
+            (
+                Alignment::default(),
+                color,
+                true,
+                None,
+                OwnDrive::default(),
+                Estimates::default(),
+            )
         }
     };
     // New data take a new number: results computed for the old number no longer hold.
@@ -218,6 +227,7 @@ fn add_recording(
         import: settings,
         alignment,
         drive,
+        estimates,
         visible,
         color,
         made_up: false,

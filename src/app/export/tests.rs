@@ -9,6 +9,7 @@ use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::{Picture, View};
+use crate::app::simulation::experiments::compare_all;
 use crate::app::simulation::snapshot::Snapshot;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
@@ -39,6 +40,7 @@ fn state() -> State {
         import: Default::default(),
         alignment: Default::default(),
         drive: Default::default(),
+        estimates: Default::default(),
         visible: true,
         color: 0,
         made_up: false,
@@ -46,7 +48,8 @@ fn state() -> State {
     }];
     let model = Arc::new(preset.model.clone());
     let mut state = with_overlays(preset, drive, overlays);
-    let snapshot = Snapshot::new(1, &model, trace, &state.setup.overlays, Duration::ZERO);
+    let compared = compare_all(&model, &Waveform::Rest, &trace, &state.setup.overlays);
+    let snapshot = Snapshot::new(1, &model, Arc::clone(&trace), compared, Duration::ZERO);
     state.snapshot = Some(Arc::new(snapshot));
     state
 }
@@ -164,7 +167,7 @@ fn poor_results_are_exported_and_nothing_is_refused_in_words() {
         ..Trace::default()
     };
     for trace in [Trace::default(), one] {
-        let snapshot = Snapshot::new(2, &model, Arc::new(trace), &[], Duration::ZERO);
+        let snapshot = Snapshot::new(2, &model, Arc::new(trace), Vec::new(), Duration::ZERO);
         state.snapshot = Some(Arc::new(snapshot));
         let sheet = sheet(&state).unwrap();
         well_formed(&svg_text(&sheet).unwrap());

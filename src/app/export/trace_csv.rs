@@ -120,7 +120,7 @@ mod tests {
             ..Options::default()
         };
         let trace = simulate(&model, &drive, 0.02, &options).unwrap();
-        let mut snapshot = Snapshot::new(1, &model, Arc::new(trace), &[], Duration::ZERO);
+        let mut snapshot = Snapshot::new(1, &model, Arc::new(trace), Vec::new(), Duration::ZERO);
         snapshot.run_of = Some((drive, 0.02));
         snapshot
     }

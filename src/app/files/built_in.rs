@@ -7,7 +7,7 @@ use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::OwnDrive;
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
-use crate::app::setup::overlay::Overlay;
+use crate::app::setup::overlay::{Estimates, Overlay};
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
@@ -85,6 +85,7 @@ pub fn unread(id: u64, recording: Arc<Recording>) -> Overlay {
         import: ImportSettings::default(),
         alignment: Alignment::default(),
         drive: OwnDrive::default(),
+        estimates: Estimates::default(),
         visible: true,
         color: 0,
         made_up: true,

@@ -159,6 +159,7 @@ fn missing_and_changed_recordings_are_reported_with_a_remedy() {
         import: settings.clone(),
         alignment: Default::default(),
         drive: None,
+        estimates: Default::default(),
         visible: true,
         color: 0,
     };

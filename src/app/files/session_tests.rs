@@ -36,6 +36,7 @@ fn overlay(id: u64, path: &Path) -> Overlay {
         import: settings,
         alignment: Default::default(),
         drive: Default::default(),
+        estimates: Default::default(),
         visible: false,
         color: 3,
         made_up: false,

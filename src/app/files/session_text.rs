@@ -10,7 +10,7 @@ use super::built_in;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::OwnDrive;
 use crate::app::setup::drive_text::{DriveEntry, OwnDriveEntry};
-use crate::app::setup::overlay::{Overlay, Role};
+use crate::app::setup::overlay::{Estimates, Overlay, Role};
 use crate::app::setup::view::View;
 use crate::model::preset::Preset;
 use crate::model::preset::toml_fault::{TomlFault, short_reason};
@@ -77,6 +77,9 @@ pub struct RecordingEntry {
     /// What drives its own run, if it is not its measured voltage as recognised.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<OwnDriveEntry>,
+    /// What of its instrument is estimated.
+    #[serde(default)]
+    pub estimates: Estimates,
     /// Whether it is drawn.
     pub visible: bool,
     /// Index into the palette.
@@ -133,6 +136,7 @@ fn entry(overlay: &Overlay, folder: &Path) -> RecordingEntry {
         import: overlay.import.clone(),
         alignment: overlay.alignment,
         drive: OwnDriveEntry::of(&overlay.drive),
+        estimates: overlay.estimates,
         visible: overlay.visible,
         color: overlay.color,
         role: overlay.role,
@@ -213,6 +217,7 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
             Some(overlay) => overlays.push(Overlay {
                 alignment: entry.alignment,
                 drive: own_drive(entry.drive.as_ref(), file.duration)?,
+                estimates: entry.estimates,
                 visible: entry.visible,
                 color: entry.color,
                 role: entry.role,

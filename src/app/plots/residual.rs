@@ -1,4 +1,4 @@
-//! Recording minus simulation against time.
+//! Simulation minus recording against time.
 
 use std::sync::Arc;
 
@@ -7,7 +7,6 @@ use eframe::egui::Ui;
 use super::frame::curve::Curve;
 use super::frame::style;
 use super::frame::time_plot::TimePlot;
-use crate::app::analysis::recording_noise;
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::Mode;
 use crate::app::setup::overlay::Overlay;
@@ -40,9 +39,8 @@ pub fn describe(ui: &Ui, state: &State) -> Result<TimePlot, String> {
         let name = format!("residual {}", overlay.recording.name);
         plot.curves
             .push(Curve::new(name, Arc::clone(pyramid), color).owned(overlay.id));
-        if let Some(sigma) = recording_noise::sigma(ui, overlay) {
-            let half = sigma * overlay.alignment.xp_scale.abs();
-            plot.bands.push((half, color.gamma_multiply(0.18)));
+        if let Some(noise) = compared.noise {
+            plot.bands.push((noise, color.gamma_multiply(0.18)));
         }
     }
     if !plot.curves.is_empty() {

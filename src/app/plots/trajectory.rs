@@ -10,6 +10,7 @@ use super::frame::curve::{Curve, Placed};
 use super::frame::style::{THICK_LINE, THIN_LINE};
 use super::frame::time_plot::{Level, TimePlot};
 use super::frame::{cache, style};
+use super::residual;
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::Picture;
 use crate::app::state::State;
@@ -53,15 +54,42 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     } else if state.setup.overlays.iter().all(|overlay| !overlay.visible) {
         plot.message = Some("The first result is being computed.".to_owned());
     }
+    plot.curves.extend(own_runs(ui, state));
     // Recordings are drawn over the simulation, which has to match them.
     plot.curves.extend(recorded(ui, state, Channel::ProofMass));
     plot
 }
 
 /// The points of a run at its events. `slot` distinguishes the runs that are shown.
-pub fn corners(ui: &Ui, slot: &'static str, trace: &Arc<Trace>) -> Arc<EventCorners> {
+pub fn corners(
+    ui: &Ui,
+    slot: impl std::hash::Hash + std::fmt::Debug,
+    trace: &Arc<Trace>,
+) -> Arc<EventCorners> {
     let id = Id::unique(("event corners", slot));
     cache::cached(ui, id, Source::of(trace), || EventCorners::of(trace))
+}
+
+/// The runs of the recordings that have a drive of their own, in their colours.
+fn own_runs(ui: &Ui, state: &State) -> Vec<Curve> {
+    let dark = ui.visuals().dark_mode;
+    let curve = |overlay: &Overlay| {
+        let own = residual::comparison(state, overlay)?.own.as_ref()?;
+        // The recording's own colour, stronger: simulation and recording of one belong together.
+        let color = style::overlay_color(ui, overlay.color);
+        let color = if dark {
+            color.lerp_to_gamma(eframe::egui::Color32::WHITE, 0.35)
+        } else {
+            color.lerp_to_gamma(eframe::egui::Color32::BLACK, 0.35)
+        };
+        let name = format!("xp simulated as {}", overlay.recording.name);
+        let curve = Curve::new(name, Arc::clone(&own.proof_mass_pyramid), color);
+        let slot = overlay.id;
+        let curve = curve.through(corners(ui, ("own run", slot), &own.trace));
+        Some(curve.width(THICK_LINE))
+    };
+    let visible = state.setup.overlays.iter().filter(|o| o.visible);
+    visible.filter_map(curve).collect()
 }
 
 /// A channel of every visible recording that has it, aligned, in its colour.
@@ -73,7 +101,10 @@ pub fn recorded(ui: &Ui, state: &State, channel: Channel) -> Vec<Curve> {
         }
         let name = format!("{} {}", channel.symbol(), overlay.recording.name);
         let curve = Curve::new(name, cache::channel(ui, overlay, channel)?, color);
-        let placed = Placed::aligned(&overlay.alignment, channel);
+        // As it was compared: with zero and clock as estimated.
+        let compared = residual::comparison(state, overlay);
+        let alignment = compared.map_or(overlay.alignment, |c| c.alignment);
+        let placed = Placed::aligned(&alignment, channel);
         let curve = curve.placed(placed).owned(overlay.id);
         Some(curve.width(THIN_LINE).dots())
     };

@@ -238,7 +238,7 @@ impl Command {
                 ("Plot: trajectory", "Show or hide the trajectories")
             }
             Command::TogglePicture(Picture::Residual) => {
-                ("Plot: residual", "Show or hide recording minus simulation")
+                ("Plot: residual", "Show or hide simulation minus recording")
             }
             Command::TogglePicture(Picture::Forces) => ("Plot: forces", "Show or hide the forces"),
             Command::TogglePicture(Picture::PhasePortrait) => (

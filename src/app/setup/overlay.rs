@@ -25,6 +25,29 @@ pub enum Role {
     Unused,
 }
 
+/// What of a recording's instrument is estimated with every comparison.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Estimates {
+    /// The zero of each reading.
+    pub zeros: bool,
+    /// The clock of the readings against that of the voltage.
+    pub clock: bool,
+    /// The scale of each reading.
+    pub scales: bool,
+}
+
+impl Default for Estimates {
+    /// A scale is held: it would hide an error of the drive's strength.
+    fn default() -> Self {
+        Self {
+            zeros: true,
+            clock: true,
+            scales: false,
+        }
+    }
+}
+
 /// A recording laid over the simulation.
 #[derive(Debug, Clone)]
 pub struct Overlay {
@@ -38,6 +61,8 @@ pub struct Overlay {
     pub alignment: Alignment,
     /// What drives its own run.
     pub drive: OwnDrive,
+    /// What of its instrument is estimated with every comparison.
+    pub estimates: Estimates,
     /// Whether it is drawn and compared.
     pub visible: bool,
     /// Index into the palette of recordings.
@@ -54,6 +79,7 @@ impl PartialEq for Overlay {
         self.id == other.id
             && self.alignment == other.alignment
             && self.drive == other.drive
+            && self.estimates == other.estimates
             && self.visible == other.visible
             && self.color == other.color
             && self.role == other.role

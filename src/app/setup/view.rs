@@ -15,7 +15,7 @@ pub enum Picture {
     Voltage,
     /// Proof mass and cantilever against time.
     Trajectory,
-    /// Recording minus simulation against time.
+    /// Simulation minus recording against time.
     Residual,
     /// Forces against time.
     Forces,

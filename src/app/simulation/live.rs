@@ -188,8 +188,13 @@ impl Live {
         let view = self
             .history
             .piece(last.saturating_sub(samples), last.min(self.history.len()));
-        let mut snapshot =
-            Snapshot::new(generation, &self.model, Arc::new(view), &[], Duration::ZERO);
+        let mut snapshot = Snapshot::new(
+            generation,
+            &self.model,
+            Arc::new(view),
+            Vec::new(),
+            Duration::ZERO,
+        );
         snapshot.live = Some(LiveState {
             time,
             history_start: self.history.t0,

@@ -1,8 +1,10 @@
 //! Runs the simulator on a thread of its own and prepares its results for drawing.
 
-pub(super) mod features;
+pub mod experiments;
+mod features;
 pub(super) mod live;
 pub mod min_max_pyramid;
+pub mod misfit_history;
 pub mod recorded_drive;
 pub mod reference_run;
 pub mod request;

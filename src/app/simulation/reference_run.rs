@@ -4,6 +4,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use super::experiments::compare_all;
 use super::request::SimulationRequest;
 use super::snapshot::Snapshot;
 use crate::app::setup::drive_choice::Mode;
@@ -38,7 +39,9 @@ pub fn run(
     };
     let trace = simulate(&model, &request.drive, curve.duration, &request.options())
         .map_err(|error| error.to_string())?;
-    let mut snapshot = Snapshot::new(0, &model, Arc::new(trace), overlays, started.elapsed());
+    let trace = Arc::new(trace);
+    let compared = compare_all(&model, &request.drive, &trace, overlays);
+    let mut snapshot = Snapshot::new(0, &model, Arc::clone(&trace), compared, started.elapsed());
     snapshot.run_of = Some((request.drive, curve.duration));
     Ok(Arc::new(snapshot))
 }

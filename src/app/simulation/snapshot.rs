@@ -4,12 +4,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::min_max_pyramid::Pyramid;
-use crate::app::setup::overlay::{Overlay, OverlayId};
+use crate::app::setup::overlay::OverlayId;
+use crate::fit::experiment::total_misfit;
 use crate::model::Model;
 use crate::model::drive::Waveform;
-use crate::recording::compare::{Comparison, compare};
+use crate::recording::align::Alignment;
+use crate::recording::compare::Comparison;
 use crate::recording::features::Features;
-use crate::recording::{Channel, Grid};
 use crate::sim::Trace;
 
 /// A simulated run with everything that is drawn from it.
@@ -49,6 +50,48 @@ pub struct OverlayComparison {
     pub residual_pyramid: Option<Arc<Pyramid>>,
     /// The recording's own features, once they are computed.
     pub features: Option<Arc<Features>>,
+    /// Shift, scales and zeros that it was compared with, those estimated included.
+    pub alignment: Alignment,
+    /// Noise of the proof mass on the scale of the comparison \[m\]; `None` if it has none.
+    pub noise: Option<f64>,
+    /// What drives its own run, in words.
+    pub drive_text: Option<String>,
+    /// Its own run; `None` if it was compared with the simulation itself.
+    pub own: Option<OwnRun>,
+}
+
+/// The run of a recording under its own drive.
+#[derive(Debug, Clone)]
+pub struct OwnRun {
+    /// The drive; its t = 0 is the recording's first time.
+    pub drive: Waveform,
+    /// The run.
+    pub trace: Arc<Trace>,
+    /// `trace.proof_mass` decimated for drawing.
+    pub proof_mass_pyramid: Arc<Pyramid>,
+    /// `trace.cantilever` decimated; empty for a device without that point.
+    pub cantilever_pyramid: Arc<Pyramid>,
+}
+
+impl OwnRun {
+    /// Prepares a run for drawing.
+    pub fn new(drive: Waveform, trace: &Arc<Trace>) -> Self {
+        let pyramid = |values: &[f64]| Arc::new(Pyramid::new(trace.t0, trace.dt, values));
+        Self {
+            drive,
+            proof_mass_pyramid: pyramid(&trace.proof_mass),
+            cantilever_pyramid: pyramid(&trace.cantilever),
+            trace: Arc::clone(trace),
+        }
+    }
+}
+
+impl OverlayComparison {
+    /// Residual in units of the noise.
+    pub fn misfit(&self) -> Option<f64> {
+        let comparison = self.comparison.as_ref().ok()?;
+        Some(comparison.rms / self.noise?)
+    }
 }
 
 /// How far a live run is.
@@ -65,12 +108,22 @@ pub struct LiveState {
 }
 
 impl Snapshot {
+    /// The total misfit of all compared recordings, in units of their noise.
+    pub fn total_misfit(&self) -> Option<f64> {
+        let parts: Vec<(f64, usize)> = self
+            .comparisons
+            .iter()
+            .filter_map(|c| Some((c.misfit()?, c.comparison.as_ref().ok()?.count)))
+            .collect();
+        total_misfit(&parts)
+    }
+
     /// A run prepared for drawing; its features are added later.
     pub fn new(
         generation: u64,
         model: &Arc<Model>,
         trace: Arc<Trace>,
-        overlays: &[Overlay],
+        comparisons: Vec<OverlayComparison>,
         cost: Duration,
     ) -> Self {
         let pyramid = |values: &[f64]| Arc::new(Pyramid::new(trace.t0, trace.dt, values));
@@ -80,42 +133,11 @@ impl Snapshot {
             proof_mass_pyramid: pyramid(&trace.proof_mass),
             cantilever_pyramid: pyramid(&trace.cantilever),
             features: None,
-            comparisons: overlays
-                .iter()
-                .filter(|overlay| overlay.visible)
-                .map(|overlay| OverlayComparison::new(overlay, &trace))
-                .collect(),
+            comparisons,
             cost,
             run_of: None,
             live: None,
             trace,
-        }
-    }
-}
-
-impl OverlayComparison {
-    fn new(overlay: &Overlay, trace: &Trace) -> Self {
-        let simulated = Grid {
-            t0: trace.t0,
-            dt: trace.dt,
-            values: &trace.proof_mass,
-            slopes: Some(&trace.proof_mass_velocity),
-        };
-        let recording = &overlay.recording;
-        let comparison = compare(recording, Channel::ProofMass, &overlay.alignment, simulated);
-        let residual_pyramid = comparison.as_ref().ok().map(|comparison| {
-            let compared = comparison.first..comparison.first + comparison.residual.len();
-            let times: Vec<f64> = recording.time[compared]
-                .iter()
-                .map(|&t| overlay.alignment.time(t))
-                .collect();
-            Arc::new(Pyramid::xy(&times, &comparison.residual))
-        });
-        Self {
-            id: overlay.id,
-            comparison: comparison.map(Arc::new).map_err(|error| error.to_string()),
-            residual_pyramid,
-            features: None,
         }
     }
 }

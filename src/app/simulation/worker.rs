@@ -7,6 +7,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use super::experiments::{ExperimentCache, SharedRun};
 use super::features::FeatureCache;
 use super::live::Live;
 use super::request::SimulationRequest;
@@ -102,6 +103,7 @@ struct Engine<R> {
     shared: Arc<Shared>,
     repaint: R,
     features: FeatureCache,
+    experiments: ExperimentCache,
     live: Option<Live>,
     last: Option<SimulationRequest>,
     /// The last result and its request.
@@ -115,6 +117,7 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
             features: FeatureCache::new(repaint.clone()),
             shared,
             repaint,
+            experiments: ExperimentCache::default(),
             live: None,
             last: None,
             shown: None,
@@ -210,10 +213,11 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
             shown.as_ref().clone()
         } else {
             let started = Instant::now();
+            let shared_slot = Arc::clone(&self.shared);
             let trace = match &reuse {
                 Some(shown) => Arc::clone(&shown.trace),
                 None => {
-                    let go_on = || self.is_worth_finishing(started);
+                    let go_on = || Self::is_worth_finishing(&shared_slot, started);
                     let (model, drive) = (&request.model, &request.drive);
                     match simulate_while(model, drive, request.duration, &request.options(), go_on)
                     {
@@ -231,14 +235,20 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
                 Some(shown) => shown.cost,
                 None => started.elapsed(),
             };
+            let shared = SharedRun {
+                model: &request.model,
+                drive: &request.drive,
+                trace: &trace,
+            };
+            let mut experiments = std::mem::take(&mut self.experiments);
+            let go_on = || Self::is_worth_finishing(&shared_slot, started);
+            let compared = experiments.compare(&request.model, shared, &request.overlays, go_on);
+            self.experiments = experiments;
+            // The newer request is in the inbox.
+            let compared = compared?;
             self.generation += 1;
-            let mut snapshot = Snapshot::new(
-                self.generation,
-                &request.model,
-                trace,
-                &request.overlays,
-                cost,
-            );
+            let mut snapshot =
+                Snapshot::new(self.generation, &request.model, trace, compared, cost);
             snapshot.run_of = Some((request.drive.clone(), request.duration));
             self.show(request, snapshot.clone());
             snapshot
@@ -258,8 +268,8 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
 
     /// Whether a run begun at `started` is worth finishing. A short one always is: during a
     /// drag every curve is shown.
-    fn is_worth_finishing(&self, started: Instant) -> bool {
-        let inbox = lock(&self.shared.inbox);
+    fn is_worth_finishing(shared: &Shared, started: Instant) -> bool {
+        let inbox = lock(&shared.inbox);
         !inbox.quit && (inbox.request.is_none() || started.elapsed() < MAX_OUTDATED_RUN)
     }
 

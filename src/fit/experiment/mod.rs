@@ -12,19 +12,32 @@ mod tests;
 
 use std::sync::Arc;
 
+use thiserror::Error;
+
 pub use self::instrument::{InstrumentPriors, estimate_instrument};
 
 use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::recording::align::Alignment;
-use crate::recording::noise::recording_noise;
+use crate::recording::compare::{CompareError, Comparison, compare};
 use crate::recording::{Channel, Recording};
-use crate::sim::{Options, SimError, Trace, TraceCursor, simulate_while};
+use crate::sim::{Options, SimError, Trace, simulate_while};
 
 /// Lowest sampling rate of a run \[Hz\]: what lies between samples is interpolated.
 const MIN_RATE: f64 = 50e3;
 /// Most samples of a run.
 const MAX_RUN_SAMPLES: f64 = 4e6;
+
+/// Why there is no comparison.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ExperimentError {
+    /// The device cannot be simulated under this drive.
+    #[error(transparent)]
+    Simulation(#[from] SimError),
+    /// Run and recording have nothing in common.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+}
 
 /// A recording and what drove it.
 #[derive(Debug, Clone)]
@@ -48,22 +61,18 @@ pub struct ExperimentResult {
     pub trace: Arc<Trace>,
     /// Shift, scales and zeros used, those estimated included.
     pub alignment: Alignment,
-    /// Simulation minus recording of the proof mass \[m\] at each sample of the recording; NaN
-    /// where either says nothing.
-    pub residual_p: Vec<f64>,
-    /// The same of the cantilever; empty if it was not recorded.
-    pub residual_c: Vec<f64>,
-    /// Root mean square of `residual_p` \[m\].
-    pub rms: f64,
-    /// Samples compared.
-    pub count: usize,
+    /// Simulation minus recording of the proof mass.
+    pub proof_mass: Comparison,
+    /// The same of the cantilever, if it was recorded.
+    pub cantilever: Option<Comparison>,
 }
 
 impl ExperimentResult {
-    /// `rms` in units of the noise of the proof mass.
+    /// Residual of the proof mass in units of its noise; `None` if it has none.
     #[must_use]
-    pub fn misfit(&self, experiment: &Experiment) -> f64 {
-        self.rms / (experiment.noise.0 * self.alignment.xp_scale.abs())
+    pub fn misfit(&self, experiment: &Experiment) -> Option<f64> {
+        let noise = experiment.noise.0 * self.alignment.xp_scale.abs();
+        (noise > 0.0).then(|| self.proof_mass.rms / noise)
     }
 }
 
@@ -79,7 +88,7 @@ impl Experiment {
     /// Of a recording under `drive`, its noise estimated.
     #[must_use]
     pub fn new(recording: Arc<Recording>, drive: Waveform, alignment: Alignment) -> Self {
-        let sigma = |channel| recording_noise(&recording, channel).ok().map(|n| n.sigma);
+        let sigma = |channel| recording.noise(channel).map(|n| n.sigma);
         let noise = (
             sigma(Channel::ProofMass).unwrap_or(0.0),
             sigma(Channel::Cantilever),
@@ -105,12 +114,12 @@ impl Experiment {
     /// Simulates the experiment and compares; `None` if `go_on` said no.
     ///
     /// # Errors
-    /// [`SimError`] if the device cannot be simulated.
+    /// [`ExperimentError`] if the device cannot be simulated or there is nothing to compare.
     pub fn run(
         &self,
         model: &Model,
         go_on: impl Fn() -> bool,
-    ) -> Result<Option<ExperimentResult>, SimError> {
+    ) -> Result<Option<ExperimentResult>, ExperimentError> {
         let (first, _) = self.recording.span();
         let options = Options {
             rate: self.rate(),
@@ -121,45 +130,26 @@ impl Experiment {
             return Ok(None);
         };
         trace.shift(first);
-        Ok(Some(self.compare(Arc::new(trace))))
+        Ok(Some(self.compare(Arc::new(trace))?))
     }
 
     /// Compares a run of this experiment with its recording.
-    #[must_use]
-    pub fn compare(&self, trace: Arc<Trace>) -> ExperimentResult {
+    ///
+    /// # Errors
+    /// [`ExperimentError::Compare`] if they have nothing in common.
+    pub fn compare(&self, trace: Arc<Trace>) -> Result<ExperimentResult, ExperimentError> {
         let alignment = match &self.priors {
             Some(priors) => estimate_instrument(self, &trace, priors),
             None => self.alignment,
         };
         let recording = &self.recording;
-        let mut cursor = TraceCursor::new(&trace);
-        let mut residual_p = Vec::with_capacity(recording.len());
-        let mut residual_c = Vec::new();
-        for (i, &t) in recording.time.iter().enumerate() {
-            let reading = cursor.at(alignment.time(t));
-            let at = |x: fn(&crate::sim::Reading) -> f64| reading.as_ref().map_or(f64::NAN, x);
-            let measured = alignment.value(Channel::ProofMass, recording.proof_mass[i]);
-            residual_p.push(at(|r| r.xp) - measured);
-            if let Some(values) = &recording.cantilever {
-                residual_c.push(at(|r| r.xc) - alignment.value(Channel::Cantilever, values[i]));
-            }
-        }
-        let (rms, count) = root_mean_square(&residual_p);
-        ExperimentResult {
+        let proof_mass = compare(recording, Channel::ProofMass, &alignment, &trace)?;
+        let cantilever = compare(recording, Channel::Cantilever, &alignment, &trace).ok();
+        Ok(ExperimentResult {
             trace,
             alignment,
-            residual_p,
-            residual_c,
-            rms,
-            count,
-        }
+            proof_mass,
+            cantilever,
+        })
     }
-}
-
-/// Root mean square of the finite values, and their number.
-fn root_mean_square(values: &[f64]) -> (f64, usize) {
-    let finite = || values.iter().filter(|v| v.is_finite());
-    let count = finite().count();
-    let squares: f64 = finite().map(|v| v * v).sum();
-    ((squares / count.max(1) as f64).sqrt(), count)
 }

@@ -18,7 +18,6 @@ pub fn drawn_device(rng: &mut ChaCha8Rng) -> Model {
     let mut model = Preset::embedded("paper").unwrap().model;
     for id in [
         ParameterId::Cs,
-        ParameterId::Gp,
         ParameterId::Ca,
         ParameterId::Ca0,
         ParameterId::Alpha,
@@ -29,6 +28,14 @@ pub fn drawn_device(rng: &mut ChaCha8Rng) -> Model {
         let factor = 1.0 + spread * (2.0 * rng.random::<f64>() - 1.0);
         model.parameters.set(id, factor * model.parameters[id]);
     }
+    let (gap, dp) = (
+        model.parameters[ParameterId::Gp],
+        model.parameters[ParameterId::Dp],
+    );
+    let factor = 0.5 + rng.random::<f64>();
+    model
+        .parameters
+        .set(ParameterId::Gp, dp + factor * (gap - dp));
     model
 }
 
@@ -81,7 +88,7 @@ fn misfit(model: &Model, recording: Recording) -> (f64, String) {
     let result = experiment.run(model, || true).unwrap().unwrap();
     let shift = result.alignment.time_shift;
     (
-        result.misfit(&experiment),
+        result.misfit(&experiment).unwrap(),
         format!("{}, clock {shift:e} s", drive.text),
     )
 }
@@ -105,6 +112,7 @@ fn survey(waveforms: &[String], limit: f64, seed: u64) {
                 let model = drawn_device(&mut rng);
                 let recording = record(&model, &drive, rate, 0.3, error, &mut rng);
                 let (misfit, found) = misfit(&model, recording);
+                println!("{misfit:.4} {text} {rate} {error:?} {found}");
                 worst = worst.max(misfit);
                 if !(misfit <= limit) {
                     failures.push(format!("{text} {rate} Hz {error:?}: {misfit:.3}: {found}"));

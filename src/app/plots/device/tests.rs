@@ -31,7 +31,7 @@ fn state(preset: &str) -> State {
 
 fn with(mut state: State, trace: Trace) -> State {
     let model = Arc::new(state.setup.preset.model.clone());
-    let snapshot = Snapshot::new(1, &model, Arc::new(trace), &[], Duration::ZERO);
+    let snapshot = Snapshot::new(1, &model, Arc::new(trace), Vec::new(), Duration::ZERO);
     state.snapshot = Some(Arc::new(snapshot));
     state
 }

@@ -18,6 +18,7 @@ use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::{Picture, View};
+use crate::app::simulation::experiments::compare_all;
 use crate::app::simulation::snapshot::{LiveState, Snapshot};
 use crate::app::state::State;
 use crate::model::drive::Waveform;
@@ -92,8 +93,9 @@ fn trace(samples: usize) -> Trace {
 
 fn with(mut state: State, trace: Trace) -> State {
     let model = Arc::new(state.setup.preset.model.clone());
-    let overlays = &state.setup.overlays;
-    let snapshot = Snapshot::new(1, &model, Arc::new(trace), overlays, Duration::ZERO);
+    let trace = Arc::new(trace);
+    let compared = compare_all(&model, &Waveform::Rest, &trace, &state.setup.overlays);
+    let snapshot = Snapshot::new(1, &model, trace, compared, Duration::ZERO);
     state.snapshot = Some(Arc::new(snapshot));
     state
 }
@@ -109,6 +111,7 @@ fn recorded(mut state: State) -> State {
         import: Default::default(),
         alignment: Default::default(),
         drive: Default::default(),
+        estimates: Default::default(),
         visible: true,
         color: 0,
         made_up: false,

@@ -4,7 +4,6 @@
 use eframe::egui::{CollapsingHeader, Grid, Label, RichText, ScrollArea, Ui};
 
 use super::table_a1::features;
-use crate::app::analysis::recording_noise;
 use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::Mode;
@@ -94,13 +93,14 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
                         ui.label(format!("NRMSE {} %", format_number(percent, 3)))
                             .on_hover_text("rms divided by the range of the recording");
                     }
-                    if let Some(noise) = noise_of(ui, state, entry) {
-                        let times = format_number(comparison.rms / noise, 2);
+                    if let Some(misfit) = entry.misfit() {
+                        let times = format_number(misfit, 3);
                         ui.label(format!("{times} x noise")).on_hover_text(
                             "rms divided by the estimated noise of the recording: 1 is a perfect model",
                         );
                     }
                 });
+                instrument(ui, state, entry);
                 if let Some(rms_of_a) = rms_of_reference(entry.id) {
                     let change = 100.0 * (comparison.rms - rms_of_a) / rms_of_a;
                     let color = if change > 0.0 {
@@ -126,12 +126,39 @@ fn compared_with_a(percent: f64, rms: f64) -> String {
     format!("{:.1} % {word} than A ({rms})", percent.abs())
 }
 
-/// Noise of the recording on the scale of the comparison \[m\]; `None` if it has none.
-pub(super) fn noise_of(ui: &Ui, state: &State, entry: &OverlayComparison) -> Option<f64> {
-    let overlay = state.setup.overlays.iter().find(|o| o.id == entry.id)?;
-    recording_noise::sigma(ui, overlay)
-        .filter(|noise| *noise > recording_noise::NEGLIGIBLE_NOISE)
-        .map(|noise| noise * overlay.alignment.xp_scale.abs())
+/// Under which drive a recording was simulated, and what was estimated of its instrument.
+fn instrument(ui: &mut Ui, state: &State, entry: &OverlayComparison) {
+    let drive = match (&entry.drive_text, &state.setup.drive) {
+        (Some(text), _) => format!("its own drive: {text}"),
+        (None, _) if state.setup.preset.model.piezo.is_none() => String::new(),
+        (None, _) => "drive of the simulation".to_owned(),
+    };
+    if !drive.is_empty() {
+        ui.label(small(drive).weak());
+    }
+    let overlay = state.setup.overlays.iter().find(|o| o.id == entry.id);
+    let Some(overlay) = overlay else { return };
+    let (set, used) = (&overlay.alignment, &entry.alignment);
+    let estimates = overlay.estimates;
+    let mut parts = Vec::new();
+    if estimates.zeros {
+        let zero = used.xp_offset - set.xp_offset;
+        parts.push(format!("zero {}", format_quantity(-zero, "m", 3)));
+    }
+    if estimates.clock && entry.own.is_some() {
+        let late = used.time_shift - set.time_shift;
+        parts.push(format!("clock {}", format_quantity(late, "s", 3)));
+    }
+    if estimates.scales {
+        let scale = used.xp_scale / set.xp_scale;
+        parts.push(format!("scale {}", format_number(1.0 / scale, 5)));
+    }
+    if !parts.is_empty() {
+        ui.label(small(format!("estimated: {}", parts.join(", "))).weak())
+            .on_hover_text(
+                "Zero and scale of its reading of xp, and how late its clock is against that of the voltage. They belong to the instrument and do not count as misfit. Choose in the list of recordings what is estimated.",
+            );
+    }
 }
 
 fn events(ui: &mut Ui, snapshot: &Snapshot) {

@@ -1,7 +1,8 @@
 //! The list of recordings that are plotted with the simulation, and the actions on each.
 
 use eframe::egui::{
-    Align, Button, CollapsingHeader, CursorIcon, Frame, Grid, Id, Label, Layout, Sense, Ui, vec2,
+    Align, Button, CollapsingHeader, ComboBox, CursorIcon, Frame, Grid, Id, Label, Layout, Sense,
+    Ui, vec2,
 };
 
 use super::drive::editor;
@@ -10,16 +11,20 @@ use crate::app::analysis::recording_noise;
 use crate::app::plots::frame::style::overlay_color;
 use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
-use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::drive_choice::{DriveChoice, OwnDrive};
 use crate::app::setup::overlay::{Overlay, OverlayId};
 use crate::app::state::State;
 use crate::app::widgets::callout;
 use crate::app::widgets::icon::{Icon, icon_button};
 use crate::app::widgets::quantity_field::QuantityField;
 use crate::app::widgets::text::small;
+use crate::model::drive::{DriveReading, Waveform};
 use crate::model::unit::{counted, format_quantity};
 use crate::recording::Channel;
 use crate::recording::align::Alignment;
+
+/// The drive that is set for the simulation.
+const SHARED_DRIVE: &str = "the drive of the simulation";
 
 /// An action that was chosen in the list. It is carried out after the list is drawn, because
 /// drawing borrows the recordings.
@@ -46,6 +51,10 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         DriveChoice::Recorded(id) => Some(id),
         DriveChoice::Waveform(_) => None,
     };
+    let shared = match &state.setup.drive {
+        DriveChoice::Waveform(waveform) => Some(waveform.clone()),
+        DriveChoice::Recorded(_) => None,
+    };
     let quietest = recording_noise::quietest(ui, &state.setup.overlays);
     for overlay in &mut state.setup.overlays {
         let is_selected = selected == Some(overlay.id);
@@ -62,6 +71,8 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                 if !is_selected {
                     return;
                 }
+                own_drive(ui, overlay, &shared, can_drive);
+                estimates(ui, overlay);
                 alignment(ui, overlay);
                 actions(
                     ui,
@@ -207,6 +218,63 @@ fn channels(overlay: &Overlay) -> String {
         .into_iter()
         .filter(|c| overlay.recording.channel(*c).is_some());
     present.map(|c| c.symbol()).collect::<Vec<_>>().join(", ")
+}
+
+/// What drives the recording's own run: its voltage as it is read, the drive of the simulation, or
+/// a copy of that which stays with it.
+fn own_drive(ui: &mut Ui, overlay: &mut Overlay, shared: &Option<Waveform>, can_drive: bool) {
+    if !can_drive {
+        return;
+    }
+    let measured = overlay.recording.voltage.is_some();
+    let now = match &overlay.drive {
+        OwnDrive::Measured(reading) if measured => format!("its voltage: {}", reading.label()),
+        OwnDrive::Measured(_) | OwnDrive::Shared => SHARED_DRIVE.to_owned(),
+        OwnDrive::Chosen(waveform) => format!("chosen: {waveform}"),
+    };
+    ui.horizontal(|ui| {
+        ui.label("drive");
+        let list = ComboBox::from_id_salt("own drive")
+            .width(ui.available_width())
+            .truncate()
+            .selected_text(now);
+        let output = list.show_ui(ui, |ui| {
+            if measured {
+                for reading in DriveReading::ALL {
+                    let text = format!("its voltage: {}", reading.label());
+                    let drive = OwnDrive::Measured(reading);
+                    ui.selectable_value(&mut overlay.drive, drive, text);
+                }
+            }
+            ui.selectable_value(&mut overlay.drive, OwnDrive::Shared, SHARED_DRIVE);
+            if let Some(waveform) = shared {
+                let drive = OwnDrive::Chosen(waveform.clone());
+                let text = format!("a drive of its own, now {waveform}");
+                ui.selectable_value(&mut overlay.drive, drive, text);
+            }
+        });
+        let id = output.response.id;
+        ui.ctx()
+            .accesskit_node_builder(id, |node| node.set_label("drive of this recording"));
+        output
+            .response
+            .on_hover_text("Under which drive the device is simulated for this recording");
+    });
+}
+
+/// What of its instrument is estimated.
+fn estimates(ui: &mut Ui, overlay: &mut Overlay) {
+    ui.horizontal_wrapped(|ui| {
+        ui.label("estimate")
+            .on_hover_text("What belongs to the instrument and must not count as misfit");
+        let to = &mut overlay.estimates;
+        ui.checkbox(&mut to.zeros, "zero")
+            .on_hover_text("The zero of each reading, whatever it is");
+        ui.checkbox(&mut to.clock, "clock")
+            .on_hover_text("How late the readings are against the voltage: 0 within some us, and within what the edges of the voltage leave open");
+        ui.checkbox(&mut to.scales, "scale")
+            .on_hover_text("The scale of each reading: 1 within 1 %. It can hide an error of the drive's strength.");
+    });
 }
 
 /// A row of the alignment: a quantity that is typed, or dragged by its name.

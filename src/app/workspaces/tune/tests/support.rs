@@ -45,6 +45,7 @@ pub fn overlay(id: u64, recording: Recording, made_up: bool) -> Overlay {
         import: Default::default(),
         alignment: Default::default(),
         drive: Default::default(),
+        estimates: Default::default(),
         visible: true,
         color: id as usize,
         made_up,
@@ -64,6 +65,10 @@ pub fn snapshot(state: &State, rms: f64) -> Arc<Snapshot> {
             comparison: Ok(Arc::new(comparison(rms))),
             residual_pyramid: None,
             features: Some(Arc::new(self::features(0.0, 212e-6, 32e-3))),
+            alignment: overlay.alignment,
+            noise: Some(20e-9),
+            drive_text: None,
+            own: None,
         })
         .collect();
     let events = [EventKind::Impact, EventKind::Stick, EventKind::Release]
