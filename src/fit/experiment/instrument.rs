@@ -1,14 +1,15 @@
-//! Zero, scale and clock of a recording's readings, estimated against one run.
+//! Zero, scale and clock of a recording's readings, and what its drive leaves open, estimated
+//! against runs.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 
 use super::Experiment;
 use crate::fit::options::FreeNuisances;
 use crate::recording::align::Alignment;
-use crate::sim::{Trace, TraceCursor};
+use crate::sim::{Reading, Trace, TraceCursor};
 
-/// Numbers that are estimated: clock, zero and scale of the proof mass, of the cantilever.
-const COUNT: usize = 5;
+/// Numbers of the instrument: clock, zero and scale of the proof mass, of the cantilever.
+const INSTRUMENT_COUNT: usize = 5;
 /// Most Gauss-Newton steps.
 const MAX_STEPS: usize = 6;
 /// A change of the clock by less than this share of a sampling interval is the last.
@@ -46,6 +47,21 @@ impl Default for InstrumentPriors {
     }
 }
 
+/// How the readings change with a number that a run depends on.
+#[derive(Debug, Clone, Copy)]
+pub struct RunColumn<'a> {
+    /// The run with the number changed by `step`.
+    pub changed: &'a Trace,
+    /// See `changed`.
+    pub step: f64,
+    /// Standard deviation of the number around 0.
+    pub sigma: f64,
+    /// Farthest from 0.
+    pub most: f64,
+    /// Its present value.
+    pub value: f64,
+}
+
 /// The alignment of an experiment's readings to `trace` that leaves least, within the priors.
 #[must_use]
 pub fn estimate_instrument(
@@ -53,112 +69,204 @@ pub fn estimate_instrument(
     trace: &Trace,
     priors: &InstrumentPriors,
 ) -> Alignment {
+    estimate_with_runs(experiment, trace, priors, &[]).0
+}
+
+/// The same together with numbers that the run depends on: also their new values.
+#[must_use]
+pub fn estimate_with_runs(
+    experiment: &Experiment,
+    trace: &Trace,
+    priors: &InstrumentPriors,
+    columns: &[RunColumn<'_>],
+) -> (Alignment, Vec<f64>) {
     let start = experiment.alignment;
-    let recording = &experiment.recording;
-    let (sigma_p, sigma_c) = experiment.noise;
-    let stride = recording.len().div_ceil(MAX_SAMPLES).max(1);
-    let clock_sigma = priors.clock.unwrap_or(0.0);
-    let reach = MAX_PRIOR_SIGMAS * clock_sigma + priors.drive_reach;
-    let scale_sigma = priors.scale.unwrap_or(0.0);
-    // Parameters: shift of the clock, then change of zero and factor of the scale of each reading.
-    let mut p = SVector::<f64, COUNT>::zeros();
-    let aligned = |p: &SVector<f64, COUNT>| Alignment {
-        time_shift: start.time_shift + p[0],
-        xp_offset: start.xp_offset + p[1],
-        xp_scale: start.xp_scale * (1.0 + p[2]),
-        xc_offset: start.xc_offset + p[3],
-        xc_scale: start.xc_scale * (1.0 + p[4]),
-        ..start
-    };
-    let cantilever = recording.cantilever.as_deref().zip(sigma_c);
-    let held = [
-        reach <= 0.0,
-        !priors.zeros,
-        scale_sigma <= 0.0,
-        !priors.zeros || cantilever.is_none(),
-        scale_sigma <= 0.0 || cantilever.is_none(),
-    ];
-    let weight = |sigma: f64| if sigma > 0.0 { sigma.powi(-2) } else { 1.0 };
+    let bounds = Bounds::new(experiment, priors);
+    let count = INSTRUMENT_COUNT + columns.len();
+    let mut p = DVector::<f64>::zeros(count);
     for _ in 0..MAX_STEPS {
-        let alignment = aligned(&p);
-        let mut normal = SMatrix::<f64, COUNT, COUNT>::zeros();
-        let mut right = SVector::<f64, COUNT>::zeros();
-        let mut cursor = TraceCursor::new(trace);
-        for i in (0..recording.len()).step_by(stride) {
-            let Some(reading) = cursor.at(alignment.time(recording.time[i])) else {
-                continue;
-            };
-            let raw = recording.proof_mass[i];
-            let off = reading.xp - alignment.xp_scale * raw - alignment.xp_offset;
-            let row =
-                SVector::<f64, COUNT>::from([reading.vp, -1.0, -start.xp_scale * raw, 0.0, 0.0]);
-            add(&mut normal, &mut right, row, off, weight(sigma_p));
-            if let Some((values, sigma)) = cantilever {
-                let raw = values[i];
-                let off = reading.xc - alignment.xc_scale * raw - alignment.xc_offset;
-                let row = SVector::<f64, COUNT>::from([
-                    reading.vc,
-                    0.0,
-                    0.0,
-                    -1.0,
-                    -start.xc_scale * raw,
-                ]);
-                add(&mut normal, &mut right, row, off, weight(sigma));
-            }
-        }
-        // The thinned samples stand for all; the priors count once.
-        let share = stride as f64;
-        normal *= share;
-        right *= share;
-        for (k, sigma) in [
-            (0, clock_sigma.max(priors.drive_reach)),
-            (2, scale_sigma),
-            (4, scale_sigma),
-        ] {
-            if sigma > 0.0 {
+        let (mut normal, mut right) = normal_equations(experiment, trace, &p, columns);
+        for (k, sigma) in bounds.sigmas.iter().enumerate() {
+            if *sigma > 0.0 {
                 normal[(k, k)] += sigma.powi(-2);
                 right[k] -= p[k] * sigma.powi(-2);
             }
         }
-        for k in (0..COUNT).filter(|&k| held[k]) {
+        for (k, column) in columns.iter().enumerate() {
+            let k = INSTRUMENT_COUNT + k;
+            let weight = column.sigma.max(1e-300).powi(-2);
+            normal[(k, k)] += weight;
+            right[k] -= (p[k] + column.value) * weight;
+        }
+        for k in (0..INSTRUMENT_COUNT).filter(|&k| bounds.held[k]) {
             normal.row_mut(k).fill(0.0);
             normal.column_mut(k).fill(0.0);
             normal[(k, k)] = 1.0;
             right[k] = 0.0;
         }
-        let Some(factor) = normal.cholesky() else {
+        let Some(change) = scaled_solution(normal, &right) else {
             break;
         };
-        let before = p;
-        p += factor.solve(&right);
-        p[0] = p[0].clamp(-reach, reach);
-        for k in [2, 4] {
-            let most = MAX_PRIOR_SIGMAS * scale_sigma;
-            p[k] = p[k].clamp(-most, most);
+        let before = p.clone();
+        p += change;
+        for k in 0..INSTRUMENT_COUNT {
+            p[k] = p[k].clamp(-bounds.most[k], bounds.most[k]);
         }
-        if !p.iter().all(|v| v.is_finite()) {
+        for (k, column) in columns.iter().enumerate() {
+            let value = (p[INSTRUMENT_COUNT + k] + column.value).clamp(-column.most, column.most);
+            p[INSTRUMENT_COUNT + k] = value - column.value;
+        }
+        if p.iter().any(|v| !v.is_finite()) {
             p = before;
             break;
         }
-        if (p[0] - before[0]).abs() < CONVERGED_INTERVALS * recording.interval() {
+        if (p[0] - before[0]).abs() < CONVERGED_INTERVALS * experiment.recording.interval() {
             break;
         }
     }
-    aligned(&p)
+    let values = columns
+        .iter()
+        .enumerate()
+        .map(|(k, c)| c.value + p[INSTRUMENT_COUNT + k])
+        .collect();
+    (aligned(&start, &p), values)
 }
 
-/// Adds a row `off + row . change -> 0` to the normal equations; rows with a number missing say
-/// nothing.
-fn add(
-    normal: &mut SMatrix<f64, COUNT, COUNT>,
-    right: &mut SVector<f64, COUNT>,
-    row: SVector<f64, COUNT>,
-    off: f64,
-    weight: f64,
-) {
-    if !off.is_finite() || row.iter().any(|v| !v.is_finite()) {
-        return;
+/// What of the instrument is held, its priors and its limits.
+struct Bounds {
+    held: [bool; INSTRUMENT_COUNT],
+    sigmas: [f64; INSTRUMENT_COUNT],
+    most: [f64; INSTRUMENT_COUNT],
+}
+
+impl Bounds {
+    fn new(experiment: &Experiment, priors: &InstrumentPriors) -> Self {
+        let clock = priors.clock.unwrap_or(0.0);
+        let reach = MAX_PRIOR_SIGMAS * clock + priors.drive_reach;
+        let scale = priors.scale.unwrap_or(0.0);
+        let both = experiment.recording.cantilever.is_some() && experiment.noise.1.is_some();
+        let held = [
+            reach <= 0.0,
+            !priors.zeros,
+            scale <= 0.0,
+            !priors.zeros || !both,
+            scale <= 0.0 || !both,
+        ];
+        let most_scale = MAX_PRIOR_SIGMAS * scale;
+        Self {
+            held,
+            sigmas: [clock.max(priors.drive_reach), 0.0, scale, 0.0, scale],
+            most: [reach, f64::INFINITY, most_scale, f64::INFINITY, most_scale],
+        }
     }
-    *normal += row * row.transpose() * weight;
-    *right -= row * (off * weight);
+}
+
+fn aligned(start: &Alignment, p: &DVector<f64>) -> Alignment {
+    Alignment {
+        time_shift: start.time_shift + p[0],
+        xp_offset: start.xp_offset + p[1],
+        xp_scale: start.xp_scale * (1.0 + p[2]),
+        xc_offset: start.xc_offset + p[3],
+        xc_scale: start.xc_scale * (1.0 + p[4]),
+        ..*start
+    }
+}
+
+/// Normal equations of all samples' `simulation - reading` for a change of the numbers `p`.
+fn normal_equations(
+    experiment: &Experiment,
+    trace: &Trace,
+    p: &DVector<f64>,
+    columns: &[RunColumn<'_>],
+) -> (DMatrix<f64>, DVector<f64>) {
+    let start = experiment.alignment;
+    let alignment = aligned(&start, p);
+    let recording = &experiment.recording;
+    let stride = recording.len().div_ceil(MAX_SAMPLES).max(1);
+    let weight = |sigma: f64| if sigma > 0.0 { sigma.powi(-2) } else { 1.0 };
+    let weight_p = weight(experiment.noise.0);
+    let cantilever = recording.cantilever.as_deref().zip(experiment.noise.1);
+    let count = p.len();
+    let mut normal = DMatrix::<f64>::zeros(count, count);
+    let mut right = DVector::<f64>::zeros(count);
+    let mut cursor = TraceCursor::new(trace);
+    let mut others: Vec<TraceCursor<'_>> = columns
+        .iter()
+        .map(|c| TraceCursor::new(c.changed))
+        .collect();
+    let mut row = vec![0.0; count];
+    let mut moved = vec![None; columns.len()];
+    for i in (0..recording.len()).step_by(stride) {
+        let t = alignment.time(recording.time[i]);
+        let Some(reading) = cursor.at(t) else {
+            continue;
+        };
+        for (slot, other) in moved.iter_mut().zip(&mut others) {
+            *slot = other.at(t);
+        }
+        let mut add = |row: &mut [f64], x: fn(&Reading) -> f64, measured: f64, weight: f64| {
+            let mut off = x(&reading) - measured;
+            for (k, (column, moved)) in columns.iter().zip(&moved).enumerate() {
+                let change = moved.as_ref().map_or(f64::NAN, x) - x(&reading);
+                row[INSTRUMENT_COUNT + k] = change / column.step;
+                off += row[INSTRUMENT_COUNT + k] * p[INSTRUMENT_COUNT + k];
+            }
+            if !off.is_finite() || row.iter().any(|v| !v.is_finite()) {
+                return;
+            }
+            for a in 0..count {
+                if row[a] == 0.0 {
+                    continue;
+                }
+                right[a] -= row[a] * off * weight;
+                for b in 0..=a {
+                    normal[(a, b)] += row[a] * row[b] * weight;
+                }
+            }
+        };
+        let raw = recording.proof_mass[i];
+        row[..INSTRUMENT_COUNT].copy_from_slice(&[
+            reading.vp,
+            -1.0,
+            -start.xp_scale * raw,
+            0.0,
+            0.0,
+        ]);
+        let measured = alignment.xp_scale * raw + alignment.xp_offset;
+        add(&mut row, |r| r.xp, measured, weight_p);
+        if let Some((values, sigma)) = cantilever {
+            let raw = values[i];
+            row[..INSTRUMENT_COUNT].copy_from_slice(&[
+                reading.vc,
+                0.0,
+                0.0,
+                -1.0,
+                -start.xc_scale * raw,
+            ]);
+            let measured = alignment.xc_scale * raw + alignment.xc_offset;
+            add(&mut row, |r| r.xc, measured, weight(sigma));
+        }
+    }
+    normal.fill_upper_triangle_with_lower_triangle();
+    // The thinned samples stand for all; priors count once.
+    (normal * stride as f64, right * stride as f64)
+}
+
+/// Solution of normal equations whose unknowns have very different units.
+fn scaled_solution(mut normal: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+    let n = right.len();
+    let scale: Vec<f64> = (0..n)
+        .map(|k| normal[(k, k)].sqrt())
+        .map(|s| if s > 0.0 { s } else { 1.0 })
+        .collect();
+    for a in 0..n {
+        for b in 0..n {
+            normal[(a, b)] /= scale[a] * scale[b];
+        }
+        // What nothing determines stays where it is.
+        normal[(a, a)] += 1e-12;
+    }
+    let scaled = DVector::from_fn(n, |k, _| right[k] / scale[k]);
+    let solution = normal.cholesky()?.solve(&scaled);
+    Some(DVector::from_fn(n, |k, _| solution[k] / scale[k]))
 }

@@ -6,6 +6,7 @@
 //! and, where asked for, their scales. All of it follows from one run: a shift in time moves the
 //! readings along the simulated motion, whose velocity is known.
 
+mod drive_freedom;
 mod instrument;
 #[cfg(test)]
 mod tests;
@@ -14,6 +15,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+pub use self::drive_freedom::{ImprovedDrive, improve_drive};
 pub use self::instrument::{InstrumentPriors, estimate_instrument};
 
 use crate::model::Model;

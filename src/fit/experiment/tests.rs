@@ -85,11 +85,12 @@ fn misfit(model: &Model, recording: Recording) -> (f64, String) {
     if let Some(priors) = &mut experiment.priors {
         priors.drive_reach = drive.reach();
     }
-    let result = experiment.run(model, || true).unwrap().unwrap();
+    let improved = improve_drive(&experiment, &drive, model, &[], &|| true);
+    let ImprovedDrive { values, result, .. } = improved.unwrap().unwrap();
     let shift = result.alignment.time_shift;
     (
         result.misfit(&experiment).unwrap(),
-        format!("{}, clock {shift:e} s", drive.text),
+        format!("{}, clock {shift:e} s, {values:?}", drive.text),
     )
 }
 

@@ -3,7 +3,7 @@
 use super::knots::{Knot, Knots, ROUNDING_SIGMAS};
 use super::lines::CORNER_SIGMAS;
 use super::round_number::round_between;
-use super::samples::{CLOCK_INTERVALS, Samples};
+use super::samples::{CLOCK_INTERVALS, Samples, Span};
 
 /// Most different knots in a period (or half of one, where the second half is the first turned
 /// over).
@@ -444,6 +444,41 @@ impl Cycle {
         }
     }
 
+    /// The same with another period, its first knot kept; a factor on the voltages and what is added
+    /// to them, about their mean; and the other knots shifted by shares of the period.
+    pub fn changed(&self, stretch: f64, factor: f64, added: f64, shares: &[f64]) -> Self {
+        let mut cycle = self.clone();
+        let first = self.knots[0].time;
+        let middle = if self.mirrored { 0.0 } else { self.mean() };
+        cycle.period *= 1.0 + stretch;
+        cycle.offset += if self.mirrored { added } else { 0.0 };
+        for (j, knot) in cycle.knots.iter_mut().enumerate() {
+            knot.time = first + (knot.time - first) * (1.0 + stretch);
+            if j > 0 {
+                knot.time += shares.get(j - 1).copied().unwrap_or(0.0) * cycle.period;
+            }
+            let apart = if self.mirrored { 0.0 } else { added };
+            let moved = |v: f64| middle + factor * (v - middle) + apart;
+            (knot.before, knot.after) = (moved(knot.before), moved(knot.after));
+        }
+        cycle
+    }
+
+    /// Mean of the knots' voltages \[V\].
+    fn mean(&self) -> f64 {
+        let sum: f64 = self.knots.iter().map(|k| 0.5 * (k.before + k.after)).sum();
+        sum / self.knots.len() as f64
+    }
+
+    /// Largest distance of a knot's voltage from the middle \[V\].
+    pub fn amplitude(&self) -> f64 {
+        let middle = if self.mirrored { 0.0 } else { self.mean() };
+        self.knots
+            .iter()
+            .flat_map(|k| [k.before, k.after])
+            .fold(0.0, |a: f64, v| a.max((v - middle).abs()))
+    }
+
     /// When the waveform begins \[s\], within half a period of zero.
     pub fn begin(&self) -> f64 {
         let (k, extra) = self.reference();
@@ -458,12 +493,16 @@ impl Cycle {
     }
 
     /// The knots of the samples' span.
-    pub fn expand(&self, samples: &Samples<'_>) -> Knots {
-        let (first, last) = (samples.time[0], samples.time[samples.len() - 1]);
+    pub fn expand(&self, span: Span) -> Knots {
+        let Span {
+            first,
+            last,
+            interval,
+        } = span;
         let count = self.knots.len();
         let guess = ((first - self.knots[0].time) / self.step()).floor() as i64 * count as i64;
         // Before the first sample a jump has passed, one at the first sample too.
-        let fuzz = CLOCK_INTERVALS * samples.interval;
+        let fuzz = CLOCK_INTERVALS * interval;
         let mut k = guess - count as i64 - 1;
         while self.knot(k).time <= first + fuzz {
             k += 1;
@@ -483,8 +522,13 @@ impl Cycle {
             }
         };
         let mut knots = vec![end(self.knot(k - 1), self.knot(k), first)];
-        while self.knot(k).time < last {
-            knots.push(self.knot(k));
+        // A jump at the last sample may show in it.
+        while self.knot(k).time <= last + fuzz {
+            let knot = self.knot(k);
+            knots.push(Knot {
+                time: knot.time.min(last),
+                ..knot
+            });
             k += 1;
         }
         knots.push(end(self.knot(k - 1), self.knot(k), last));

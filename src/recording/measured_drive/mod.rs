@@ -9,6 +9,7 @@
 //! allow.
 
 mod cycle;
+mod freedom;
 mod knots;
 mod least_squares;
 mod lines;
@@ -25,9 +26,10 @@ mod words;
 use std::sync::Arc;
 
 use self::cycle::{Cycle, find_cycle};
+pub use self::freedom::DriveFreedom;
 use self::knots::Knots;
 use self::lines::{Lines, find_lines};
-use self::samples::{MAX_FIT_SAMPLES, Samples};
+use self::samples::{MAX_FIT_SAMPLES, Samples, Span};
 use self::sinusoid::{Sinusoids, find_sinusoids};
 pub use crate::model::drive::DriveReading;
 use crate::model::drive::{DriveError, MeasuredVoltage, Segment, VoltageTable, Waveform};
@@ -83,6 +85,10 @@ pub struct MeasuredDrive {
     pub command: Option<String>,
     /// Whether the samples are those of a known waveform.
     pub recognised: bool,
+    /// What of the waveform the samples leave open.
+    pub freedoms: Vec<DriveFreedom>,
+    span: Span,
+    found: Found,
 }
 
 /// The drive that acted when `volts` \[V\] were measured at `time` \[s\], increasing.
@@ -116,12 +122,13 @@ pub fn measured_drive(
         DriveReading::Smoothed => Found::Smooth,
         DriveReading::Recognised => recognise(&samples),
     };
+    let span = samples.in_time();
     let (pieces, edges) = match &found {
-        Found::Cycle(cycle) => pieces::of_knots(&samples, &cycle.expand(&samples)),
-        Found::Lines(knots) => pieces::of_knots(&samples, knots),
-        Found::Sinusoids(sinusoids) => pieces::of_sinusoids(&samples, sinusoids),
+        Found::Cycle(cycle) => pieces::of_knots(span, &cycle.expand(span)),
+        Found::Lines(knots) => pieces::of_knots(span, knots),
+        Found::Sinusoids(sinusoids) => pieces::of_sinusoids(span, sinusoids),
         Found::Smooth => pieces::smoothed(&samples),
-        Found::Points => pieces::of_knots(&samples, &pieces::points(&samples)),
+        Found::Points => pieces::of_knots(span, &pieces::points(&samples)),
     };
     let text = words::describe(&samples, &found, &edges);
     Ok(MeasuredDrive {
@@ -131,6 +138,9 @@ pub fn measured_drive(
         text,
         command: words::command(&found),
         recognised: !matches!(found, Found::Smooth | Found::Points),
+        freedoms: freedom::of(&samples, &found),
+        span,
+        found,
     })
 }
 
@@ -177,7 +187,7 @@ fn cycle_of(samples: &Samples<'_>, part: &Samples<'_>, lines: &Lines) -> Option<
     let rounded = cycle.rounded(part, &knots);
     [rounded, cycle]
         .into_iter()
-        .find(|candidate| candidate.expand(samples).are_all_of(samples))
+        .find(|candidate| candidate.expand(samples.in_time()).are_all_of(samples))
 }
 
 /// The range of samples without the first and the last line.
@@ -212,6 +222,21 @@ impl MeasuredDrive {
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.edges.iter().map(|e| e.reach).fold(0.0, f64::max)
+    }
+
+    /// The same with its freedoms at other values, as many as there are, each 0 for what was found.
+    #[must_use]
+    pub fn changed(&self, values: &[f64]) -> Self {
+        let (pieces, edges) = match freedom::changed(&self.found, values) {
+            Some(Found::Cycle(cycle)) => pieces::of_knots(self.span, &cycle.expand(self.span)),
+            Some(Found::Sinusoids(sinusoids)) => pieces::of_sinusoids(self.span, &sinusoids),
+            _ => return self.clone(),
+        };
+        Self {
+            pieces,
+            edges,
+            ..self.clone()
+        }
     }
 
     /// As a waveform for the simulator, `shift` \[s\] later than measured.

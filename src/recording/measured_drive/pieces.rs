@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::DriveEdge;
 use super::knots::{Knot, Knots};
 use super::lines::jump_blocks;
-use super::samples::Samples;
+use super::samples::{Samples, Span};
 use super::sinusoid::Sinusoids;
 use super::spline::{Cubic, smooth};
 use super::turn::refine_turn;
@@ -66,7 +66,7 @@ pub fn points(samples: &Samples<'_>) -> Knots {
 }
 
 /// Pieces and edges of straight lines.
-pub fn of_knots(samples: &Samples<'_>, knots: &Knots) -> (Vec<Segment>, Vec<DriveEdge>) {
+pub fn of_knots(span: Span, knots: &Knots) -> (Vec<Segment>, Vec<DriveEdge>) {
     let knots = &knots.0;
     let (first, last) = (knots[0], knots[knots.len() - 1]);
     let mut pieces = Vec::with_capacity(knots.len() + 1);
@@ -87,7 +87,7 @@ pub fn of_knots(samples: &Samples<'_>, knots: &Knots) -> (Vec<Segment>, Vec<Driv
         if i == 0 {
             pieces.push(hold(f64::NEG_INFINITY, a.time, a.after, branch));
         } else if a.jumps() || branch != before {
-            edges.push(edge(samples, pieces.len(), a.time, a.bounds));
+            edges.push(edge(span.interval, pieces.len(), a.time, a.bounds));
         }
         pieces.push(Segment {
             start: a.time,
@@ -111,8 +111,8 @@ pub fn of_knots(samples: &Samples<'_>, knots: &Knots) -> (Vec<Segment>, Vec<Driv
     (pieces, edges)
 }
 
-fn edge(samples: &Samples<'_>, piece: usize, time: f64, (low, high): (f64, f64)) -> DriveEdge {
-    let floor = MIN_EDGE_SIGMA_INTERVALS * samples.interval;
+fn edge(interval: f64, piece: usize, time: f64, (low, high): (f64, f64)) -> DriveEdge {
+    let floor = MIN_EDGE_SIGMA_INTERVALS * interval;
     DriveEdge {
         piece,
         time,
@@ -122,8 +122,8 @@ fn edge(samples: &Samples<'_>, piece: usize, time: f64, (low, high): (f64, f64))
 }
 
 /// An edge at a turn whose time has standard deviation `sigma` \[s\].
-fn turn_edge(samples: &Samples<'_>, piece: usize, time: f64, sigma: f64) -> DriveEdge {
-    let sigma = sigma.max(MIN_EDGE_SIGMA_INTERVALS * samples.interval);
+fn turn_edge(interval: f64, piece: usize, time: f64, sigma: f64) -> DriveEdge {
+    let sigma = sigma.max(MIN_EDGE_SIGMA_INTERVALS * interval);
     DriveEdge {
         piece,
         time,
@@ -133,12 +133,9 @@ fn turn_edge(samples: &Samples<'_>, piece: usize, time: f64, sigma: f64) -> Driv
 }
 
 /// Pieces and edges of sinusoids: from turn to turn for a single one, else short cubics.
-pub fn of_sinusoids(
-    samples: &Samples<'_>,
-    sinusoids: &Sinusoids,
-) -> (Vec<Segment>, Vec<DriveEdge>) {
-    let (first, last) = (samples.time[0], samples.time[samples.len() - 1]);
-    let turns = turns_of(samples, sinusoids, first, last);
+pub fn of_sinusoids(span: Span, sinusoids: &Sinusoids) -> (Vec<Segment>, Vec<DriveEdge>) {
+    let (first, last) = (span.first, span.last);
+    let turns = turns_of(span.interval, sinusoids, first, last);
     let single = (sinusoids.parts.len() == 1).then(|| sinusoids.parts[0]);
     let sigma = sinusoids
         .parts
@@ -165,7 +162,7 @@ pub fn of_sinusoids(
         }
         branch = rising(0.5 * (pair[0] + pair[1]));
         if i > 0 {
-            edges.push(turn_edge(samples, pieces.len(), pair[0], sigma));
+            edges.push(turn_edge(span.interval, pieces.len(), pair[0], sigma));
         }
         if let Some(part) = single {
             // The phase counts from the piece's own start, so that late periods are as
@@ -225,7 +222,7 @@ fn cubics_of(sum: &Sinusoids, (from, to): (f64, f64), branch: Branch, pieces: &m
 }
 
 /// Where sinusoids turn between `first` and `last` \[s\].
-fn turns_of(samples: &Samples<'_>, sum: &Sinusoids, first: f64, last: f64) -> Vec<f64> {
+fn turns_of(interval: f64, sum: &Sinusoids, first: f64, last: f64) -> Vec<f64> {
     let mut turns = Vec::new();
     if let [part] = sum.parts[..]
         && part.rate == 0.0
@@ -251,7 +248,7 @@ fn turns_of(samples: &Samples<'_>, sum: &Sinusoids, first: f64, last: f64) -> Ve
         .iter()
         .map(|p| p.from.abs().max((p.from + p.rate * last).abs()))
         .fold(0.0, f64::max);
-    let step = (0.05 / fastest).max(0.1 * samples.interval);
+    let step = (0.05 / fastest).max(0.1 * interval);
     let mut t = first;
     let mut slope = sum.slope(t);
     while t < last {
@@ -331,7 +328,7 @@ pub fn smoothed(samples: &Samples<'_>) -> (Vec<Segment>, Vec<DriveEdge>) {
                 if let Some(piece) = pieces.last_mut() {
                     piece.end = middle;
                 }
-                edges.push(edge(samples, pieces.len(), middle, (time, start)));
+                edges.push(edge(samples.interval, pieces.len(), middle, (time, start)));
                 middle
             }
         };
@@ -361,7 +358,12 @@ pub fn smoothed(samples: &Samples<'_>) -> (Vec<Segment>, Vec<DriveEdge>) {
                 }
                 branch = to;
                 if at > start {
-                    edges.push(turn_edge(samples, pieces.len(), at, turn.time_sigma));
+                    edges.push(turn_edge(
+                        samples.interval,
+                        pieces.len(),
+                        at,
+                        turn.time_sigma,
+                    ));
                 }
                 from = at;
             }

@@ -37,6 +37,17 @@ pub struct Samples<'a> {
     pub range: (f64, f64),
 }
 
+/// The span of samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// First time \[s\].
+    pub first: f64,
+    /// Last time \[s\].
+    pub last: f64,
+    /// Typical interval \[s\].
+    pub interval: f64,
+}
+
 impl<'a> Samples<'a> {
     /// Estimates the error of `volts`, taken at `time`, at least two of each.
     pub fn new(time: &'a [f64], volts: &'a [f64]) -> Self {
@@ -57,9 +68,23 @@ impl<'a> Samples<'a> {
         }
     }
 
+    /// Their first and last time and interval.
+    pub fn in_time(&self) -> Span {
+        Span {
+            first: self.time[0],
+            last: self.time[self.len() - 1],
+            interval: self.interval,
+        }
+    }
+
     /// Highest minus lowest sample \[V\].
     pub fn span(&self) -> f64 {
         self.range.1 - self.range.0
+    }
+
+    /// Whether the samples show noise of their own.
+    pub fn is_noisy(&self) -> bool {
+        self.sigma > 1.5 * (MIN_ERROR_SHARE * self.span()).max(1e-12)
     }
 
     /// Number of samples.

@@ -1,0 +1,113 @@
+//! What the voltage's samples leave open of the drive, decided by the readings.
+
+use super::instrument::{RunColumn, estimate_with_runs};
+use super::{Experiment, ExperimentError, ExperimentResult};
+use crate::model::Model;
+use crate::recording::measured_drive::MeasuredDrive;
+
+/// Most rounds of linearized improvement.
+const MAX_ROUNDS: usize = 4;
+/// Step of a number for differences, as a share of its standard deviation.
+const STEP_SHARE: f64 = 0.1;
+/// A fall of the residual by less than this share ends the rounds.
+const CONVERGED_SHARE: f64 = 1e-4;
+
+/// An experiment with its drive improved within what the voltage allows.
+#[derive(Debug, Clone)]
+pub struct ImprovedDrive {
+    /// The numbers of [`MeasuredDrive::freedoms`].
+    pub values: Vec<f64>,
+    /// The experiment under the improved drive.
+    pub experiment: Experiment,
+    /// Its comparison.
+    pub result: ExperimentResult,
+}
+
+/// Improves the drive of an experiment, made of `measured`, from `start` on (one number for each
+/// freedom, empty for zeros). `None` if `go_on` said no.
+///
+/// # Errors
+/// [`ExperimentError`] if the device cannot be simulated.
+pub fn improve_drive(
+    experiment: &Experiment,
+    measured: &MeasuredDrive,
+    model: &Model,
+    start: &[f64],
+    go_on: &(impl Fn() -> bool + Sync),
+) -> Result<Option<ImprovedDrive>, ExperimentError> {
+    let (first, _) = experiment.recording.span();
+    let under = |values: &[f64]| Experiment {
+        drive: measured
+            .changed(values)
+            .waveform(&experiment.recording.name, -first),
+        ..experiment.clone()
+    };
+    let mut values = start.to_vec();
+    values.resize(measured.freedoms.len(), 0.0);
+    let own = under(&values);
+    let Some(result) = own.run(model, go_on)? else {
+        return Ok(None);
+    };
+    let mut best = ImprovedDrive {
+        values,
+        experiment: own,
+        result,
+    };
+    let Some(priors) = experiment.priors else {
+        return Ok(Some(best));
+    };
+    let open: Vec<usize> = (0..measured.freedoms.len())
+        .filter(|&k| measured.freedoms[k].sigma > 0.0)
+        .collect();
+    if open.is_empty() {
+        return Ok(Some(best));
+    }
+    for _ in 0..MAX_ROUNDS {
+        let mut changed = Vec::with_capacity(open.len());
+        for &k in &open {
+            let freedom = &measured.freedoms[k];
+            let step = STEP_SHARE * freedom.sigma;
+            // Towards zero, so that the limits are not left.
+            let step = if best.values[k] > 0.0 { -step } else { step };
+            let mut values = best.values.clone();
+            values[k] += step;
+            let Some(run) = under(&values).run(model, go_on)? else {
+                return Ok(None);
+            };
+            changed.push((run.trace, step));
+        }
+        let columns: Vec<RunColumn<'_>> = open
+            .iter()
+            .zip(&changed)
+            .map(|(&k, (trace, step))| RunColumn {
+                changed: trace,
+                step: *step,
+                sigma: measured.freedoms[k].sigma,
+                most: measured.freedoms[k].most,
+                value: best.values[k],
+            })
+            .collect();
+        let (_, found) = estimate_with_runs(experiment, &best.result.trace, &priors, &columns);
+        let mut values = best.values.clone();
+        for (&k, value) in open.iter().zip(found) {
+            values[k] = value;
+        }
+        let own = under(&values);
+        let Some(result) = own.run(model, go_on)? else {
+            return Ok(None);
+        };
+        let (before, after) = (best.result.proof_mass.rms, result.proof_mass.rms);
+        if after >= before {
+            break;
+        }
+        best = ImprovedDrive {
+            values,
+            experiment: own,
+            result,
+        };
+        if after > (1.0 - CONVERGED_SHARE) * before {
+            break;
+        }
+    }
+    Ok(Some(best))
+}
