@@ -178,7 +178,9 @@ impl Shape {
 impl Waveform {
     /// Voltage \[V\] at `t` \[s\].
     pub fn voltage(&self, t: f64) -> f64 {
-        self.segment(self.index_at(t)).shape.voltage(t)
+        let segment = self.segment(self.index_at(t));
+        // The segment ends after `t`, unless `t` is too late for that to be known.
+        segment.shape.voltage(t.min(segment.end))
     }
 
     /// The longest time over which the voltage repeats \[s\], if it does.

@@ -9,7 +9,7 @@ mod motion;
 
 use super::device::{Device, dot};
 use super::error::{Options, SimError};
-use super::output::FastModes;
+use super::output::{FastModes, SampleRange};
 use super::step::tables::{Tables, phase_tables};
 use super::step::{Step, Touch};
 use super::stretch::StretchState;
@@ -63,7 +63,7 @@ pub struct Runner {
     level: usize,
     /// Delay of the samples \[s\].
     delay: f64,
-    next_sample: u64,
+    samples: SampleRange,
     steps: u64,
     events: u64,
 }
@@ -108,7 +108,10 @@ impl Runner {
             held_tables,
             level: 0,
             delay: device.reading_delay(),
-            next_sample: 0,
+            samples: SampleRange {
+                next: 0,
+                end: u64::MAX,
+            },
             steps: 0,
             events: 0,
             device,
@@ -135,7 +138,7 @@ impl Runner {
         runner.index = runner.drive.index_at(t);
         runner.whole = runner.drive.segment(runner.index);
         runner.phase = Phase::Flight;
-        runner.next_sample = (t * options.rate).ceil().max(0.0) as u64;
+        runner.samples.next = (t * options.rate).ceil().max(0.0) as u64;
         let (q, v) = match held_since {
             None => (&mut runner.q, &mut runner.v),
             Some(since) => {
@@ -164,7 +167,7 @@ impl Runner {
     pub fn new_trace(&self) -> Trace {
         let sensor = self.device.sensor;
         Trace {
-            t0: self.next_sample as f64 / self.options.rate,
+            t0: self.samples.next as f64 / self.options.rate,
             dt: 1.0 / self.options.rate,
             ground_level: self.device.ground.map(|g| g.level + sensor.offset_p),
             forces: self.options.forces.then(Default::default),
@@ -175,6 +178,17 @@ impl Runner {
     /// Time reached \[s\].
     pub fn time(&self) -> f64 {
         self.t
+    }
+
+    /// Time by which the samples are late \[s\]: so long a piece of the trace is ahead of the
+    /// time reached.
+    pub fn reading_delay(&self) -> f64 {
+        self.delay
+    }
+
+    /// Takes no more than `count` samples from t = 0 on, however long the last step is.
+    pub(super) fn limit_samples(&mut self, count: usize) {
+        self.samples.end = count as u64;
     }
 
     /// Advances beyond `until` \[s\]. Samples, events and contacts are appended to `trace`. Only
