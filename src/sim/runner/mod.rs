@@ -17,6 +17,10 @@ use super::trace::{Event, EventKind, Trace};
 use crate::model::Model;
 use crate::model::drive::{Segment, Waveform};
 
+/// Most samples by which a run without a last sample may be ahead of the time reached: as many as
+/// the window keeps of it.
+const MAX_SAMPLES_AHEAD: f64 = 2e6;
+
 /// Phase of the proof mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
@@ -180,12 +184,6 @@ impl Runner {
         self.t
     }
 
-    /// Time by which the samples are late \[s\]: so long a piece of the trace is ahead of the
-    /// time reached.
-    pub fn reading_delay(&self) -> f64 {
-        self.delay
-    }
-
     /// Takes no more than `count` samples from t = 0 on, however long the last step is.
     pub(super) fn limit_samples(&mut self, count: usize) {
         self.samples.end = count as u64;
@@ -198,6 +196,7 @@ impl Runner {
     /// # Errors
     /// [`SimError`]; `trace` holds the results up to then.
     pub fn advance(&mut self, until: f64, trace: &mut Trace) -> Result<(), SimError> {
+        self.check_delay()?;
         while self.t <= until {
             self.enter_segment(trace)?;
             match self.phase {
@@ -207,6 +206,22 @@ impl Runner {
             }
         }
         Ok(())
+    }
+
+    /// Late samples are taken ahead of the time reached, by the delay. Without a last sample
+    /// nothing else limits how many.
+    fn check_delay(&self) -> Result<(), SimError> {
+        let ahead = self.delay * self.options.rate;
+        if self.samples.end < u64::MAX || ahead <= MAX_SAMPLES_AHEAD {
+            return Ok(());
+        }
+        Err(SimError::Options {
+            what: "delay of the readings",
+            reason: format!(
+                "{} s are {ahead:.0} samples, more than the {MAX_SAMPLES_AHEAD} that a run without an end can be ahead; make the delay shorter or the sample rate lower",
+                self.delay
+            ),
+        })
     }
 
     fn enter_segment(&mut self, trace: &mut Trace) -> Result<(), SimError> {
