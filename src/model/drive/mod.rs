@@ -178,9 +178,7 @@ impl Shape {
 impl Waveform {
     /// Voltage \[V\] at `t` \[s\].
     pub fn voltage(&self, t: f64) -> f64 {
-        let segment = self.segment(self.index_at(t));
-        // The segment ends after `t`, unless `t` is too late for that to be known.
-        segment.shape.voltage(t.min(segment.end))
+        self.segment(self.index_at(t)).shape.voltage(t)
     }
 
     /// The longest time over which the voltage repeats \[s\], if it does.

@@ -5,12 +5,6 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use super::{Segment, Shape, Waveform};
 use crate::model::piezo::Branch;
 
-/// Largest first guess of a segment's number: further ones can still be counted after it.
-const MAX_INDEX_GUESS: f64 = (usize::MAX / 4) as f64;
-/// Most segments by which rounding makes that guess too small. Where there are more, times are too
-/// coarse to tell the segments apart.
-const MAX_INDEX_CORRECTION: usize = 16;
-
 pub(super) fn direction(positive: bool) -> Branch {
     if positive {
         Branch::Rising
@@ -94,9 +88,7 @@ impl Waveform {
         }
     }
 
-    /// Number of the segment that holds `t` \[s\] (its start included). Each call costs the same,
-    /// also where `t` is so late that doubles no longer tell one segment from the next: then it is
-    /// one nearby.
+    /// Number of the segment that holds `t` \[s\] (its start included).
     pub fn index_at(&self, t: f64) -> usize {
         let guess = match self {
             Waveform::Rest => return 0,
@@ -116,10 +108,12 @@ impl Waveform {
                 return table.samples().0.partition_point(|&start| start <= t);
             }
         };
-        let first = (guess.clamp(0.0, MAX_INDEX_GUESS) as usize).saturating_sub(1);
-        let last = first + MAX_INDEX_CORRECTION;
-        let holds = |index: &usize| self.segment(*index).end > t;
-        (first..last).find(holds).unwrap_or(last)
+        let mut index = guess.max(0.0) as usize;
+        index = index.saturating_sub(1);
+        while self.segment(index).end <= t {
+            index += 1;
+        }
+        index
     }
 }
 
