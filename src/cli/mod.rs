@@ -73,6 +73,7 @@ enum Command {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
+    terminal::start_log();
     interrupt::survive_size_limit();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,

@@ -320,6 +320,33 @@ mod tests {
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
+    #[test]
+    fn a_failure_counts_until_the_file_is_written_after_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let later = folder.path().join("later");
+        let [a, b] = [later.join("a"), folder.path().join("b")];
+        let mut results = Results::default();
+        results.add(&a, "one");
+        results.add_json(&b, &[1, 2]);
+        results.deliver();
+        assert!(!results.has_written(&a) && results.has_written(&b));
+        assert_eq!(fs::read_to_string(&b).unwrap(), "[\n  1,\n  2\n]\n");
+        fs::create_dir(&later).unwrap();
+        results.add(&a, "two");
+        results.deliver();
+        assert!(results.has_written(&a));
+        assert_eq!(fs::read_to_string(&a).unwrap(), "two");
+        results.end().unwrap();
+        let mut results = Results::default();
+        let nowhere = folder.path().join("none");
+        results.add(&nowhere.join("a"), "one");
+        results.stream(&nowhere.join("b"), |out| Ok(out.write_all(b"two")?));
+        let failure = results.end().unwrap_err();
+        assert_eq!(failure.code, 1);
+        let text = failure.error.to_string();
+        assert_eq!(text.matches("cannot write").count(), 2, "{text}");
+    }
+
     #[cfg(unix)]
     #[test]
     fn a_link_stays_a_link() {

@@ -1,4 +1,4 @@
-//! What goes to standard error: errors, warnings and progress. All of it goes through here, because
+//! What goes to standard error: errors, warnings, progress and the log. All of it goes through here, because
 //! a failure of standard error must not end the work, and because names and cells of files can hold
 //! control characters, which a terminal would obey.
 
@@ -21,6 +21,24 @@ pub fn shown(text: &str) -> Cow<'_, str> {
         }
     }
     Cow::Owned(shown)
+}
+
+/// Begins the log, as far as `RUST_LOG` asks for it; errors without it.
+pub fn start_log() {
+    let level = env_logger::Env::default().default_filter_or("error");
+    // There is one already where another program calls this library.
+    let _ = env_logger::Builder::from_env(level)
+        .format(|out, record| {
+            let style = out.default_level_style(record.level());
+            let text = record.args().to_string();
+            let (level, target) = (record.level(), record.target());
+            writeln!(
+                out,
+                "[{style}{level:<5}{style:#} {target}] {}",
+                shown(&text)
+            )
+        })
+        .try_init();
 }
 
 /// Says an error.
