@@ -134,6 +134,31 @@ fn a_full_standard_output_takes_no_file_with_it() {
 }
 
 #[test]
+fn a_trial_is_scored_though_its_report_and_standard_output_fail() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let trial = folder.join("files").join("seed-3");
+    // A folder has the report's name.
+    std::fs::create_dir_all(trial.join("report.html")).unwrap();
+    let output = shell(
+        folder,
+        "\"$P\" trial --seed 3 --conceal none --json t.json --files files > /dev/full",
+    );
+    let error = last_error(&output);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.contains("standard output"), "{error}");
+    let lines = error_of(&output);
+    assert!(
+        lines.contains("seed 3: cannot write files/seed-3/report.html"),
+        "{lines}"
+    );
+    let json: serde_json::Value = serde_json::from_str(&read(folder, "t.json")).unwrap();
+    assert_eq!(json["cases"].as_array().unwrap().len(), 1);
+    assert!(json["failed"].as_array().unwrap().is_empty());
+    assert_whole_json(&read(&trial, "truth.json"));
+}
+
+#[test]
 fn a_full_standard_error_changes_no_exit_code() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
