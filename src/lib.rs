@@ -33,6 +33,8 @@ pub mod cli;
 pub mod diagnose;
 pub mod fit;
 pub mod model;
+#[cfg(feature = "gui")]
+mod part_files;
 pub mod recording;
 pub mod sim;
 pub mod trial;

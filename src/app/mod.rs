@@ -45,7 +45,8 @@ pub fn run(options: WindowOptions) -> Result<(), AppError> {
             .with_title("impactscope")
             .with_app_id("impactscope")
             .with_inner_size(Vec2::new(1440.0, 900.0))
-            .with_min_inner_size(Vec2::new(900.0, 600.0))
+            // A screen of 1600 x 1000 pixels at 200 % has 800 x 500 points.
+            .with_min_inner_size(Vec2::new(640.0, 400.0))
             .with_drag_and_drop(true),
         ..eframe::NativeOptions::default()
     };

@@ -53,7 +53,7 @@ pub struct State {
     pub notices: Vec<Notice>,
     /// Whether the drive editor is open.
     pub drive_editor_open: bool,
-    /// Whether the window with all 16 cases of Table A.1 is open.
+    /// Whether the panel with all 16 cases of Table A.1 is open.
     pub validation_open: bool,
     /// The fit panel.
     pub fitting: Fitting,

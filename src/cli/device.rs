@@ -1,28 +1,30 @@
 //! Devices and drives from command-line options: `--set`, `--effect`, `--drive`.
 
-use std::sync::Arc;
-
 use anyhow::{Context, bail};
 
 use super::{Failure, terminal, wrong_command};
-use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::drive::{DriveReading, Waveform};
 use crate::model::effects::ActiveEffect;
+use crate::model::piezo::MEASURED_VOLTAGE;
 use crate::model::preset::Preset;
 use crate::model::unit::{format_quantity, parse_quantity};
 use crate::model::{Model, effects};
 use crate::recording::csv::import_voltage;
+use crate::recording::measured_drive::drive_of_samples;
 
 /// Factor outside its slider's range from which a value is odd.
 const ODD_VALUE_FACTOR: f64 = 10.0;
-/// Voltage up to which the branches of the piezo film were measured \[V\].
-const KNOWN_VOLTAGE: f64 = 8.0;
 
 /// A drive as on the command line, files included.
 pub fn read_drive(text: &str, duration: f64) -> Result<Waveform, Failure> {
     if let Some(file) = text.strip_prefix("table:") {
         let (time, voltage) = import_voltage(file.as_ref())?;
-        let table = VoltageTable::from_recording(file, time, voltage)?;
-        return Ok(Waveform::Table(Arc::new(table)));
+        return Ok(drive_of_samples(
+            file,
+            time,
+            voltage,
+            DriveReading::Recognised,
+        )?);
     }
     if text == "recorded" {
         return Err(wrong_command(anyhow::anyhow!(
@@ -113,9 +115,9 @@ pub fn warn_of_odd_values(preset: &Preset, model: &Model, drive: &Waveform) {
         }
     }
     let volts = drive.amplitude();
-    if model.piezo.is_some() && volts > 2.0 * KNOWN_VOLTAGE {
+    if model.piezo.is_some() && volts > 2.0 * MEASURED_VOLTAGE {
         terminal::warning(format_args!(
-            "the drive reaches {}, but the piezo's branches were measured only up to {KNOWN_VOLTAGE} V; the result is an extrapolation",
+            "the drive reaches {}, but the piezo's branches were measured only up to {MEASURED_VOLTAGE} V; the result is an extrapolation",
             format_quantity(volts, "V", 3)
         ));
     }

@@ -6,6 +6,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::contact_sample::{Sampled, count_events, pick};
 use super::error::FitError;
 use super::inspect::plausible_units::check_level;
 use super::inspect::preconditions::{check, one_device};
@@ -16,8 +17,8 @@ use super::problem::prepare::{Prepared, prepare};
 use super::residual::residual_rows::{Encounter, Nuisances, SegmentContext, SegmentRun};
 use super::residual::residuals::residuals;
 use super::residual::simulate_segment::simulate_segment;
+use super::segment::Segment;
 use super::segment::event_sequence::GroundEvent;
-use super::segment::{Joint, JointKind, Segment};
 use super::solve::estimate_states::estimate_states;
 use super::solve::levenberg_marquardt::{Clock, Control};
 use super::solve::point::Point;
@@ -130,17 +131,43 @@ pub fn read_contacts(
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<ContactReadings, FitError> {
+    read_picked(model, parts, options, control, |_| None).map(|(readings, _)| readings)
+}
+
+/// The same in an even pick of the segments, where there are very many: enough to see what the
+/// recordings allow. Says how many were picked, if not all.
+///
+/// # Errors
+/// [`FitError`] if a part cannot be used.
+pub fn sample_contacts(
+    model: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<(ContactReadings, Option<Sampled>), FitError> {
+    let picked = |segments: &mut Vec<Segment>| pick(segments, parts.len());
+    read_picked(model, parts, options, control, picked)
+}
+
+fn read_picked(
+    model: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+    control: &Control<'_>,
+    pick: impl FnOnce(&mut Vec<Segment>) -> Option<Sampled>,
+) -> Result<(ContactReadings, Option<Sampled>), FitError> {
     let space = Space::new(model, &options.free)?;
     let summaries = summarize(model, parts);
     check_readable(model, parts, &summaries, options)?;
     let mut prepared = prepare(model, &space, parts, &summaries, options)?;
+    let sampled = pick(&mut prepared.segments);
     for data in &mut prepared.problem.data {
         data.sigmas.velocity *= GROUND_LAW_RELAXATION;
         data.sigmas.force *= GROUND_LAW_RELAXATION;
     }
     let mut clock = Clock::new(options.iterations.min(10));
     let point = estimate_states(&prepared, model, options, control, &mut clock)?;
-    Ok(read_contacts_at(&prepared, &point)?)
+    Ok((read_contacts_at(&prepared, &point)?, sampled))
 }
 
 /// Refuses what no step can use: recordings that are too short, constant, saturated, in another
@@ -229,11 +256,6 @@ pub(crate) fn read_contacts_at(
         a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
     });
     Ok(all)
-}
-
-fn count_events(segment: &Segment, what: impl Fn(&GroundEvent) -> bool) -> usize {
-    let seen = |j: &&Joint| matches!(&j.what, JointKind::Event(kind) if what(kind));
-    segment.joints.iter().filter(seen).count()
 }
 
 /// Chi2 per degree of freedom of a segment; infinite where it cannot be simulated.

@@ -16,7 +16,9 @@
 //! step, [`table_a1`] its table. The numbers that decide are in [`thresholds`].
 
 pub mod contact_readings;
+pub mod contact_sample;
 pub mod error;
+pub mod experiment;
 #[cfg(test)]
 mod free_tests;
 pub mod inspect;

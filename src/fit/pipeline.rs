@@ -15,7 +15,7 @@ use super::solve::point::{Point, settle, threshold};
 use super::uncertainty::device_consistency::disagreements;
 use super::uncertainty::fit_result::{FitResult, Misfit, misfit_remarks, misfits, uncertainty};
 use crate::model::Model;
-use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::drive::{DriveReading, Waveform};
 use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 use crate::sim::{Options, SimError, simulate};
@@ -302,11 +302,8 @@ fn evaluate_on(
 /// # Errors
 /// [`SimError`] if the model cannot be simulated.
 pub fn free_run(model: &Model, recording: &Recording) -> Result<Option<f64>, SimError> {
-    let drive = match recording.drive_table() {
-        Some((time, volts)) => {
-            let table = VoltageTable::from_recording(&recording.name, time, volts)?;
-            Waveform::Table(std::sync::Arc::new(table))
-        }
+    let drive = match recording.drive(DriveReading::Recognised) {
+        Some(drive) => drive?.waveform(&recording.name, 0.0),
         None => Waveform::Rest,
     };
     let options = Options {

@@ -5,6 +5,13 @@ use serde::{Deserialize, Serialize};
 /// Largest `gc` of the paper's transducer, in its unit.
 pub(in crate::model) const LARGEST_GAIN: f64 = 5.0;
 
+/// Voltage up to which the branches `gc(V)` were measured \[V\]: eq (9) of the paper.
+pub const MEASURED_VOLTAGE: f64 = 8.0;
+
+/// Frequency up to which the drive was measured \[Hz\]: the fastest of the paper's experiments
+/// (Table A.1).
+pub const MEASURED_FREQUENCY: f64 = 100.0;
+
 /// Which of the two branches of the hysteresis loop is in force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Branch {
@@ -55,7 +62,7 @@ mod tests {
     #[test]
     fn branches_meet_at_eight_volts() {
         let piezo = Piezo::default();
-        for (voltage, value) in [(8.0, -4.98), (-8.0, 4.69)] {
+        for (voltage, value) in [(MEASURED_VOLTAGE, -4.98), (-MEASURED_VOLTAGE, 4.69)] {
             for branch in [Branch::Rising, Branch::Falling] {
                 let gain = piezo.gain(voltage, branch);
                 assert!((gain - value).abs() < 0.02, "{voltage} V: {gain}");

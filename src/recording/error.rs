@@ -1,7 +1,51 @@
 //! What can go wrong, or half wrong, when a recording is read.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
+
+/// Longest text from a file in a message \[characters\]: that of a path.
+const MAX_SHOWN_CHARS: usize = 4096;
+
+/// `text` as it may stand in a message: what a terminal would obey (escape sequences, line ends, bells,
+/// marks that turn the direction of writing) is written as `\u{1b}`, `\r` and so on; a tabulator is a
+/// space.
+pub(crate) fn visible(text: &str) -> String {
+    let unseen = |c: char| {
+        c.is_control()
+            || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars().take(MAX_SHOWN_CHARS) {
+        match c {
+            '\t' => shown.push(' '),
+            '\r' | '\n' => shown.extend(c.escape_default()),
+            c if unseen(c) => shown.extend(c.escape_unicode()),
+            c => shown.push(c),
+        }
+    }
+    if text.chars().nth(MAX_SHOWN_CHARS).is_some() {
+        shown.push_str("...");
+    }
+    shown
+}
+
+/// Text from a file, or a file's name, inside an error: kept as it is, shown as [`visible`] says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileText(String);
+
+impl<T: Into<String>> From<T> for FileText {
+    fn from(text: T) -> Self {
+        Self(text.into())
+    }
+}
+
+impl fmt::Display for FileText {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&visible(&self.0))
+    }
+}
 
 /// Why a recording could not be read. Each message names the file, the place and
 /// what to do; lines and columns count from 1.
@@ -10,30 +54,30 @@ use thiserror::Error;
 pub enum ImportError {
     /// A drive is to be read, and no column is a voltage.
     #[error("{file}, line {line}: there is no voltage column; give a CSV with t [s] and V [V]")]
-    NoVoltageColumn { file: String, line: usize },
+    NoVoltageColumn { file: FileText, line: usize },
     #[error("{file}: the file does not exist; check the path, or choose the file again")]
-    NotFound { file: String },
+    NotFound { file: FileText },
     #[error("{file}: this is a folder, not a recording; choose a file in it")]
-    IsDirectory { file: String },
+    IsDirectory { file: FileText },
     #[error(
         "{file}: this is not an ordinary file (a pipe or a device); copy the data into a file first"
     )]
-    NotAFile { file: String },
+    NotAFile { file: FileText },
     #[error("{file}: cannot be read ({reason}); check the permissions and the disk")]
-    Unreadable { file: String, reason: String },
+    Unreadable { file: FileText, reason: FileText },
     #[error(
         "{file}: {megabytes} MB do not fit into the memory that is free; split the file, or record at a lower rate"
     )]
-    TooLarge { file: String, megabytes: u64 },
+    TooLarge { file: FileText, megabytes: u64 },
     #[error("{file}: the file is empty; record or export it again")]
-    Empty { file: String },
+    Empty { file: FileText },
     #[error("{file}: the text is UTF-16; save it as UTF-8 (\"CSV UTF-8\" in a spreadsheet)")]
-    Utf16 { file: String },
+    Utf16 { file: FileText },
     #[error(
         "{file}, line {line}: binary data (byte 0x{byte:02x} at offset {offset}); export the recording as CSV text"
     )]
     Binary {
-        file: String,
+        file: FileText,
         line: usize,
         offset: usize,
         byte: u8,
@@ -42,7 +86,7 @@ pub enum ImportError {
         "{file}, line {line}, column {column}: byte 0x{byte:02x} is not UTF-8 (Latin-1, perhaps); save the file as UTF-8, or write um for \u{b5}m"
     )]
     NotUtf8 {
-        file: String,
+        file: FileText,
         line: usize,
         column: usize,
         byte: u8,
@@ -50,12 +94,12 @@ pub enum ImportError {
     #[error(
         "{file}, line {line}: no rows of numbers from here on; expected a header such as \"t [s], V [V], xp [um], xc [um]\" and rows of numbers separated by comma, semicolon or tab"
     )]
-    NoNumbers { file: String, line: usize },
+    NoNumbers { file: FileText, line: usize },
     #[error(
         "{file}, line {line}: rows have {cells} cells but the header names {names} columns, as when numbers with a decimal comma are separated by commas; export with a decimal point, or with semicolons"
     )]
     AmbiguousComma {
-        file: String,
+        file: FileText,
         line: usize,
         cells: usize,
         names: usize,
@@ -64,26 +108,26 @@ pub enum ImportError {
         "{file}, line {line}: no time column among {found}; name one \"t [s]\" (or ms, us), or choose it in the import window"
     )]
     NoTimeColumn {
-        file: String,
+        file: FileText,
         line: usize,
-        found: String,
+        found: FileText,
     },
     #[error(
         "{file}, line {line}: no position column among {found}; name one \"xp [um]\" (or m, mm, nm), or choose it in the import window"
     )]
     NoPositionColumn {
-        file: String,
+        file: FileText,
         line: usize,
-        found: String,
+        found: FileText,
     },
     #[error(
         "{file}, line {line}, column {column}: \"{unit}\" is not a unit for {quantity}; write {expected}"
     )]
     UnknownUnit {
-        file: String,
+        file: FileText,
         line: usize,
         column: usize,
-        unit: String,
+        unit: FileText,
         quantity: String,
         expected: String,
     },
@@ -91,17 +135,17 @@ pub enum ImportError {
         "{file}, line {line}, column {column}: {symbol} has no cell that is a number (here \"{cell}\"); check the column, the delimiter and the decimal mark"
     )]
     EmptyColumn {
-        file: String,
+        file: FileText,
         line: usize,
         column: usize,
         symbol: String,
-        cell: String,
+        cell: FileText,
     },
     #[error(
         "{file}, line {line}, column {column}: time goes backwards in {count} of {rows} rows; sort the rows by time, or choose another time column"
     )]
     TimeBackwards {
-        file: String,
+        file: FileText,
         line: usize,
         column: usize,
         count: usize,
@@ -111,19 +155,45 @@ pub enum ImportError {
         "{file}, line {line}, column {column}: only {rows} usable rows; a recording needs at least two with increasing time"
     )]
     TooFewRows {
-        file: String,
+        file: FileText,
         line: usize,
         column: usize,
         rows: usize,
     },
+    /// A column is to be read that no row has.
+    #[error(
+        "{file}, line {line}: {symbol} is to be read from column {column}, but there are only {cells} columns; choose another column in the import settings"
+    )]
+    NoSuchColumn {
+        file: FileText,
+        line: usize,
+        column: usize,
+        symbol: String,
+        cells: usize,
+    },
+    /// The rows that are left hold no displacement.
+    #[error(
+        "{file}, line {line}, column {column}: no row has both a time that can be used and a number for {symbol}; check both columns"
+    )]
+    NoUsableRow {
+        file: FileText,
+        line: usize,
+        column: usize,
+        symbol: String,
+    },
+    /// Times that differ in the file are the same number after the offset.
+    #[error(
+        "{file}: with a time offset of {offset} s neighbouring times are the same number; give a smaller offset"
+    )]
+    OffsetTooLarge { file: FileText, offset: FileText },
     #[error("{file}: import setting {setting} is {value}; give a finite number")]
     BadSetting {
-        file: String,
+        file: FileText,
         setting: &'static str,
-        value: String,
+        value: FileText,
     },
     #[error("{file}: import stopped")]
-    Cancelled { file: String },
+    Cancelled { file: FileText },
 }
 
 /// What kind of partial problem a warning is about.
@@ -136,6 +206,14 @@ pub enum WarningKind {
     TimeNotANumber,
     /// Rows whose time does not increase; dropped.
     TimeNotIncreasing,
+    /// Times count from the first row, which is not at 0 in the file.
+    TimeOrigin,
+    /// Times were rounded; those of the even clock behind them are used.
+    RoundedTimes,
+    /// Stamps that jitter around an even clock; its times are used.
+    TimeJitter,
+    /// The samples are not evenly spaced; the times are used as they are.
+    UnevenSampling,
     /// Steps of more than five median intervals.
     Gap,
     /// The last line was cut and is dropped.
@@ -165,4 +243,48 @@ pub struct ImportWarning {
     pub first_line: Option<usize>,
     /// The whole sentence, for the screen.
     pub message: String,
+}
+
+impl ImportWarning {
+    /// A warning; what the sentence quotes from a file is made visible.
+    pub(crate) fn new(
+        kind: WarningKind,
+        count: usize,
+        first_line: Option<usize>,
+        message: &str,
+    ) -> Self {
+        Self {
+            kind,
+            count,
+            first_line,
+            message: visible(message),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::error::*;
+
+    #[test]
+    fn nothing_reaches_a_terminal_that_it_would_obey() {
+        let hostile = "a\u{1b}[31mb\u{7}c\0d\re\nf\u{9b}2Jg\u{202e}h\ti";
+        let shown = "a\\u{1b}[31mb\\u{7}c\\u{0}d\\re\\nf\\u{9b}2Jg\\u{202e}h i";
+        assert_eq!(visible(hostile), shown);
+        let error = ImportError::UnknownUnit {
+            file: hostile.into(),
+            line: 1,
+            column: 2,
+            unit: hostile.into(),
+            quantity: "time".to_owned(),
+            expected: "s".to_owned(),
+        };
+        let message = error.to_string();
+        assert!(!message.contains(char::is_control), "{message:?}");
+        assert_eq!(message.matches(shown).count(), 2);
+        let warning = ImportWarning::new(WarningKind::GuessedColumn, 1, None, hostile);
+        assert_eq!(warning.message, shown);
+        assert_eq!(visible("xp [\u{b5}m] f\u{fc}r"), "xp [\u{b5}m] f\u{fc}r");
+        assert_eq!(visible(&"x".repeat(9999)).len(), MAX_SHOWN_CHARS + 3);
+    }
 }

@@ -18,21 +18,28 @@ pub(crate) mod grid;
 pub mod lag;
 pub mod level;
 pub mod level_change;
+pub mod measured_drive;
 pub mod noise;
 pub mod rest_positions;
 pub mod ring;
 #[cfg(test)]
 mod tests;
+pub(crate) mod times;
 pub mod velocity;
 
 pub use self::assemble::GAP_FACTOR;
 pub use self::error::{ImportError, ImportWarning, WarningKind};
 pub use self::grid::{Grid, TimeAxis};
+pub use self::times::exact_time::ExactTime;
 
 use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
+
+use self::measured_drive::{MeasuredDrive, measured_drive};
+use crate::model::drive::{DriveError, DriveReading};
 
 /// One measured quantity of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -103,8 +110,12 @@ pub struct Recording {
     pub path: Option<PathBuf>,
     /// SHA-256 of the file's bytes, lower-case hexadecimal.
     pub sha256: Option<String>,
-    /// Times \[s\], finite and strictly increasing, at least two.
+    /// Times \[s\], finite and strictly increasing, at least two. Those of a file count from its
+    /// first row, unless the import settings say otherwise.
     pub time: Vec<f64>,
+    /// The instant in the file at which `time` is 0 \[s\]. The file's own time of a sample is the
+    /// sum.
+    pub origin: ExactTime,
     /// Drive voltage \[V\] at each time, if recorded.
     pub voltage: Option<Vec<f64>>,
     /// Displacement of the proof mass \[m\] at each time, up positive.
@@ -115,6 +126,21 @@ pub struct Recording {
     pub warnings: Vec<ImportWarning>,
     /// Kept because it is asked for at every interpolation.
     interval: f64,
+    /// The drive as recognised, computed when first asked for.
+    drive: DriveCache,
+}
+
+/// A drive that was made of a recording's voltage.
+type DriveResult = Result<Arc<MeasuredDrive>, DriveError>;
+
+/// Computed once. A clone starts empty: its voltage may be changed.
+#[derive(Debug, Default)]
+struct DriveCache(OnceLock<Option<DriveResult>>);
+
+impl Clone for DriveCache {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 impl Recording {
@@ -161,11 +187,13 @@ impl Recording {
             path: None,
             sha256: None,
             time,
+            origin: ExactTime::default(),
             voltage,
             proof_mass,
             cantilever,
             warnings: Vec::new(),
             interval,
+            drive: DriveCache::default(),
         })
     }
 
@@ -314,7 +342,21 @@ impl Recording {
         Some(grid.collect())
     }
 
-    /// The recorded voltage as a drive, `(times [s], volts [V])` without missing
+    /// The drive that acted, from the recorded voltage; `None` if there are not two values of it.
+    /// What is recognised is computed once.
+    #[must_use]
+    pub fn drive(&self, reading: DriveReading) -> Option<DriveResult> {
+        let make = || {
+            let (time, volts) = self.drive_table()?;
+            Some(measured_drive(&self.name, &time, &volts, reading).map(Arc::new))
+        };
+        match reading {
+            DriveReading::Recognised => self.drive.0.get_or_init(make).clone(),
+            _ => make(),
+        }
+    }
+
+    /// The recorded voltage as samples of a drive, `(times [s], volts [V])` without missing
     /// samples; `None` if no voltage was recorded or fewer than two values are left.
     #[must_use]
     pub fn drive_table(&self) -> Option<(Vec<f64>, Vec<f64>)> {

@@ -22,6 +22,14 @@ const WINDOW_DIFFERENCES: usize = 64;
 const MAX_ROUGHNESS: f64 = 2.0;
 /// Median of the absolute value of a unit normal variable.
 const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
+/// Gaps between levels from which the step is made where it is none of them.
+const MAX_COMMON_GAPS: usize = 500;
+/// Samples whose levels are sorted in search of a lattice.
+const MAX_LATTICE_LEVELS: usize = 50_000;
+/// Steps of one size from which a slow signal on a lattice is told from a few levels.
+const MIN_STAIRCASE_STEPS: usize = 40;
+/// Steps of the lattice over which such a signal must go.
+const MIN_STAIRCASE_LEVELS: f64 = 8.0;
 /// Windows looked at in a very long record, evenly picked.
 const MOST_WINDOWS: usize = 20_000;
 
@@ -207,20 +215,52 @@ fn lattice_step(values: &[f64], runs: &[std::ops::Range<usize>]) -> Option<f64> 
         .filter(|d| *d > fuzz)
         .take(200_000)
         .collect();
-    let step = differences.iter().copied().fold(f64::INFINITY, f64::min);
-    if differences.len() < 8 || !step.is_finite() {
+    // A steep signal goes by several steps from sample to sample, but visits neighbouring levels
+    // in time.
+    let mut levels: Vec<f64> = runs
+        .iter()
+        .flat_map(|run| values[run.clone()].iter().copied())
+        .take(MAX_LATTICE_LEVELS)
+        .collect();
+    levels.sort_unstable_by(f64::total_cmp);
+    let gaps = levels.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > fuzz);
+    let gaps: Vec<f64> = gaps.chain(differences.iter().copied()).collect();
+    let smallest = gaps.iter().copied().fold(f64::INFINITY, f64::min);
+    if differences.len() < 8 || !smallest.is_finite() {
         return None;
     }
-    let on_lattice = differences
-        .iter()
-        .filter(|d| {
+    let on_lattice = |step: f64| {
+        let whole = |d: &&f64| {
             let steps = **d / step;
             (steps - steps.round()).abs() < 0.05
-        })
-        .count();
-    // A single step size says nothing of a lattice; one sees it by several.
-    let varied = differences.iter().any(|d| *d > 1.5 * step);
-    (on_lattice * 100 >= differences.len() * 95 && varied).then_some(step)
+        };
+        100 * differences.iter().filter(whole).count() >= 95 * differences.len()
+    };
+    // Where levels are left out, the smallest gap is a multiple of the step.
+    let common = || {
+        let few = gaps.iter().take(MAX_COMMON_GAPS).copied();
+        few.reduce(|a, b| common_divisor(a, b, 1e-7 * scale))
+    };
+    let step = Some(smallest)
+        .filter(|s| on_lattice(*s))
+        .or_else(|| common().filter(|s| *s > 1e-5 * scale && on_lattice(*s)))?;
+    // A single step size says nothing of a lattice, unless many such steps climb over many
+    // levels: one sees it by several.
+    let (low, high) = super::extremes(values);
+    let staircase =
+        differences.len() >= MIN_STAIRCASE_STEPS && high - low > MIN_STAIRCASE_LEVELS * step;
+    let varied = staircase || differences.iter().any(|d| *d > 1.5 * step);
+    varied.then_some(step)
+}
+
+/// Euclid's common divisor of two positive numbers; what is left below `fuzz` is rounding.
+fn common_divisor(mut a: f64, mut b: f64, fuzz: f64) -> f64 {
+    while b > fuzz {
+        let rest = a % b;
+        // Just below a whole multiple is one, too.
+        (a, b) = (b, rest.min(b - rest));
+    }
+    a
 }
 
 #[cfg(test)]

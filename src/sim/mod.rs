@@ -13,12 +13,14 @@ pub(crate) mod runner;
 mod step;
 pub(crate) mod stretch;
 pub(crate) mod trace;
+mod trace_cursor;
 
 pub use self::error::{Options, SimError};
 pub use self::runner::Runner;
 pub use self::stretch::propagate::{StepSequence, Stretcher};
 pub use self::stretch::{Points, StretchSimulator, StretchState};
 pub use self::trace::{Event, EventKind, ForceTraces, Trace};
+pub use self::trace_cursor::{Reading, TraceCursor};
 
 use crate::model::Model;
 use crate::model::drive::Waveform;

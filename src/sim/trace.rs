@@ -93,6 +93,19 @@ pub struct Trace {
 }
 
 impl Trace {
+    /// Moves everything `by` \[s\] later.
+    pub fn shift(&mut self, by: f64) {
+        if by == 0.0 {
+            return;
+        }
+        self.t0 += by;
+        self.events.iter_mut().for_each(|e| e.time += by);
+        for (start, end) in &mut self.contacts {
+            *start += by;
+            *end += by;
+        }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.proof_mass.len()

@@ -1,4 +1,5 @@
 //! Recordings: files read as they are, and what is measured in them.
 
 mod features_of_simulation;
+mod fuzz;
 mod recordings;

@@ -7,8 +7,9 @@ use super::source::{Tree, is_test, line, words};
 use super::uses::{Modules, module, uses};
 
 /// The floors, from the bottom up.
-const FLOORS: [&str; 9] = [
+const FLOORS: [&str; 10] = [
     "atomic_write",
+    "part_files",
     "model",
     "sim",
     "recording",

@@ -413,7 +413,7 @@ fn every_effect_ends_at_the_extremes_of_its_parameters() {
 fn every_device_ends_at_the_extremes_of_its_parameters() {
     that_ends(|name| {
         let points = (vec![0.0, 2e-5, 3e-5], vec![0.0, 8.0, -8.0]);
-        let table = VoltageTable::new("three points", points.0, points.1, 0.0).unwrap();
+        let table = VoltageTable::new("three points", points.0, points.1).unwrap();
         let drives = [Waveform::Rest, Waveform::Table(Arc::new(table))];
         for preset in ["paper", "paper-as-printed", "oscillator", "faller"] {
             let device = Preset::embedded(preset).unwrap().model;

@@ -31,7 +31,7 @@ fn waveform(drive: &Drive) -> Waveform {
         },
         Drive::Lines(points) => {
             let (time, volt) = points.iter().copied().unzip();
-            Waveform::Table(VoltageTable::new("lines", time, volt, 0.0).unwrap().into())
+            Waveform::Table(VoltageTable::new("lines", time, volt).unwrap().into())
         }
     }
 }

@@ -89,7 +89,7 @@ fn lagged_sine(frequency: f64, amplitude: f64, tau: f64, duration: f64) -> Wavef
         .map(|t| scale * ((w * t).sin() - w * tau * (w * t).cos() + w * tau * (-t / tau).exp()))
         .collect();
     Waveform::Table(Arc::new(
-        VoltageTable::new("lagged", time, voltage, 0.0).unwrap(),
+        VoltageTable::new("lagged", time, voltage).unwrap(),
     ))
 }
 
@@ -144,7 +144,7 @@ fn slewed_square(frequency: f64, amplitude: f64, (pace, tau): (f64, f64), end: f
     time.push(end);
     voltage.push(voltage[voltage.len() - 1]);
     Waveform::Table(Arc::new(
-        VoltageTable::new("slewed", time, voltage, 0.0).unwrap(),
+        VoltageTable::new("slewed", time, voltage).unwrap(),
     ))
 }
 
@@ -193,7 +193,7 @@ fn stepped(waveform: &Waveform, (tau, pace): (f64, f64), end: f64) -> Waveform {
         }
     }
     Waveform::Table(Arc::new(
-        VoltageTable::new("stepped", time, voltage, 0.0).unwrap(),
+        VoltageTable::new("stepped", time, voltage).unwrap(),
     ))
 }
 

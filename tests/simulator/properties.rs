@@ -132,7 +132,7 @@ proptest! {
                 time.push(time[time.len() - 1] + dt);
                 voltage.push(*v);
             }
-            Waveform::Table(Arc::new(VoltageTable::new("test", time, voltage, 0.0).unwrap()))
+            Waveform::Table(Arc::new(VoltageTable::new("test", time, voltage).unwrap()))
         };
         let model = paper(&[]);
         let options = Options::default();
@@ -367,7 +367,7 @@ fn two_samples_at_one_instant_change_nothing() {
             time.insert(78, again);
         }
         let volts = time.iter().map(|t| 8.0 * (300.0 * t).sin()).collect();
-        let table = VoltageTable::new("table", time, volts, 1e-6).unwrap();
+        let table = VoltageTable::new("table", time, volts).unwrap();
         let drive = Waveform::Table(table.into());
         simulate(&model, &drive, 0.02, &Options::default()).unwrap()
     };

@@ -7,10 +7,11 @@ use std::sync::Arc;
 use super::save::save;
 use crate::app::analysis::diagnosis::Diagnosing;
 use crate::app::files::event::{FileEvent, Purpose};
-use crate::app::files::session_text::{Loaded, RecordingEntry};
+use crate::app::files::session;
+use crate::app::files::session_text::{Loaded, RecordingEntry, own_drive};
 use crate::app::services::{ReferenceCurveStage, Services};
 use crate::app::setup::current_setup::choose_preset;
-use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::drive_choice::{DriveChoice, OwnDrive};
 use crate::app::setup::notice::About;
 use crate::app::setup::overlay::{Overlay, OverlayId};
 use crate::app::state::Cursors;
@@ -119,7 +120,9 @@ fn adopt_session(services: &mut Services, path: PathBuf, loaded: Loaded) {
         .filter_map(|entry| entry.path.clone())
         .collect();
     services.missing_recordings = loaded.recordings.clone();
-    services.session_path = Some(path);
+    // An autosaved session belongs to its window, which may be open: what is saved on demand
+    // goes to a file that the person names.
+    services.session_path = Some(path).filter(|path| !session::is_autosaved(path));
     services.shows_hint = false;
     let state = &mut services.state;
     // The former session's reference curve, diagnoses and cursors end with it; the tally of
@@ -171,11 +174,24 @@ fn add_recording(
     let order = &services.requested_files;
     let rank = |path: &PathBuf| order.iter().position(|asked| asked == path);
     let own_rank = rank(&path);
-    let (alignment, color, visible, role) = match (&entry, former) {
-        (Some(entry), _) => (entry.alignment, entry.color, entry.visible, entry.role),
+    let (alignment, color, visible, role, drive) = match (&entry, former) {
+        // A drive that cannot be read was refused when the session was opened.
+        (Some(entry), _) => (
+            entry.alignment,
+            entry.color,
+            entry.visible,
+            entry.role,
+            own_drive(entry.drive.as_ref(), services.state.setup.duration).unwrap_or_default(),
+        ),
         (None, Some(i)) => {
             let former = &overlays[i];
-            (former.alignment, former.color, true, former.role)
+            (
+                former.alignment,
+                former.color,
+                true,
+                former.role,
+                former.drive.clone(),
+            )
         }
         (None, None) => {
             let recordings = order.iter().filter(|path| !is_toml(path));
@@ -185,7 +201,7 @@ fn add_recording(
                 .chain(0..)
                 .find(|c| overlays.iter().all(|o| o.color != *c))
                 .unwrap_or(0);
-            (Alignment::default(), color, true, None)
+            (Alignment::default(), color, true, None, OwnDrive::default())
         }
     };
     // New data take a new number: results computed for the old number no longer hold.
@@ -201,6 +217,7 @@ fn add_recording(
         recording,
         import: settings,
         alignment,
+        drive,
         visible,
         color,
         made_up: false,

@@ -151,6 +151,7 @@ fn view_menu(services: &mut Services, ui: &mut Ui) {
         Command::ZoomAll,
         Command::ToggleReferenceCurve,
         Command::SidePanel,
+        Command::FindSlider,
         Command::ToggleTheme,
     ];
     items(services, ui, &view);

@@ -16,7 +16,9 @@ use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::View;
+use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::state::{Cursors, State};
+use crate::app::widgets::slider_search;
 use crate::app::workspaces::tune::recordings::remove as remove_recording;
 use crate::recording::align::auto_align;
 use crate::recording::{Channel, Grid};
@@ -24,10 +26,10 @@ use crate::recording::{Channel, Grid};
 /// Whether a shortcut was pressed; consumes the key press.
 ///
 /// The modifiers are those of the press itself: on a slow display they are released before
-/// the frame is drawn. They must match exactly, except that Shift is ignored for `?`, which
-/// needs it on many keyboards.
+/// the frame is drawn. They must match exactly, except that Shift is ignored for `?` and `/`,
+/// which need it on many keyboards.
 pub fn pressed(input: &mut InputState, shortcut: &KeyboardShortcut) -> bool {
-    let sign = shortcut.logical_key == Key::Questionmark;
+    let sign = matches!(shortcut.logical_key, Key::Questionmark | Key::Slash);
     let before = input.events.len();
     input.events.retain(|event| {
         let Event::Key {
@@ -148,7 +150,7 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
                 state.reveal = Some(picture);
             }
         }
-        Command::ZoomAll => state.view.time_range = None,
+        Command::ZoomAll => zoom_all(state),
         Command::ToggleTheme => {
             state.view.dark = !state.view.dark;
         }
@@ -185,6 +187,10 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         Command::SaveDiagnosed => services.dialogs.ask_path(Some(Purpose::Diagnosed)),
         Command::ExportReport => services.dialogs.ask_path(Some(Purpose::Report)),
         Command::ExportDiagnosis => services.dialogs.ask_path(Some(Purpose::Diagnosis)),
+        Command::FindSlider => {
+            state.view.workspace = WorkspaceId::Tune.name().to_owned();
+            slider_search::ask(ui.ctx());
+        }
         Command::Palette => services.dialogs.open_palette(),
         Command::Quit => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
     }
@@ -204,17 +210,20 @@ fn reset_all(services: &mut Services) {
     services.shows_hint = true;
 }
 
+/// Shows the whole span in time, and all values of each picture.
+fn zoom_all(state: &mut State) {
+    state.view.time_range = None;
+    state.view.value_ranges.clear();
+}
+
 fn set_mode(state: &mut State, mode: Mode) {
     if mode == Mode::Live && state.view.mode != mode {
         // A person who starts the live mode wants to see it run, even if an earlier live
         // run was paused.
         state.paused = false;
     }
-    if mode == Mode::WholeSpan && state.view.mode != mode {
-        // A live run has no end. A zoom beyond the simulated span would show nothing.
-        let span = 0.0..=state.setup.duration;
-        let inside = |(from, to): &(f64, f64)| span.contains(from) && span.contains(to);
-        state.view.time_range = state.view.time_range.filter(inside);
+    if mode == Mode::WholeSpan {
+        zoom_all(state);
     }
     state.view.mode = mode;
     state.scrub = None;
@@ -320,6 +329,8 @@ mod tests {
             (Key::Y, Modifiers::COMMAND, Some(Command::Redo)),
             (Key::Z, Modifiers::NONE, None),
             (Key::Questionmark, Modifiers::SHIFT, Some(Command::Help)),
+            (Key::Slash, Modifiers::NONE, Some(Command::FindSlider)),
+            (Key::Slash, Modifiers::SHIFT, Some(Command::FindSlider)),
             (Key::G, Modifiers::NONE, Some(Command::ToggleReferenceCurve)),
             (Key::G, Modifiers::SHIFT, None),
             (Key::O, Modifiers::COMMAND, Some(Command::Open)),

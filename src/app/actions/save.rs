@@ -15,9 +15,10 @@ use crate::app::state::State;
 use crate::diagnose::report;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
-use crate::recording::TimeAxis;
 use crate::recording::events::events_csv;
-use crate::sim::Trace;
+
+/// Why nothing can be exported.
+const MISSING_RUN_REASON: &str = "there is no simulated run yet";
 
 /// Saves the present state to a path, in the form that `purpose` names.
 pub fn save(services: &Services, purpose: Purpose, path: PathBuf) {
@@ -45,7 +46,7 @@ fn write(
     let text = |error: &dyn std::error::Error| error.to_string();
     let trace = || match &state.snapshot {
         Some(snapshot) => Ok(&*snapshot.trace),
-        None => Err("there is no simulated run yet".to_owned()),
+        None => Err(MISSING_RUN_REASON.to_owned()),
     };
     let answer = || match state.diagnosing.shown() {
         Some(answer) => Ok(&answer.diagnosis),
@@ -75,7 +76,10 @@ fn write(
         }
         Purpose::Svg => trace().and_then(|_| export::svg(path, state).map_err(|e| text(&e))),
         Purpose::Png => trace().and_then(|_| export::png(path, state).map_err(|e| text(&e))),
-        Purpose::Trace => write_atomically(path, &table(trace()?)?).map_err(|e| text(&e)),
+        Purpose::Trace => {
+            let snapshot = state.snapshot.as_ref().ok_or(MISSING_RUN_REASON)?;
+            write_atomically(path, &export::trace_csv::text(snapshot)?).map_err(|e| text(&e))
+        }
         Purpose::Events => events_csv::write(path, &trace()?.events)
             .map_err(|error| format!("{}: {error}", path.display())),
     }
@@ -105,19 +109,4 @@ fn preset(state: &State) -> Preset {
     }
     preset.duration = state.setup.duration;
     preset
-}
-
-/// A trace as CSV.
-fn table(trace: &Trace) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
-    let cantilever = (!trace.cantilever.is_empty()).then_some(trace.cantilever.as_slice());
-    crate::recording::csv::write_csv(
-        &mut bytes,
-        TimeAxis::Samples(&trace.times()),
-        Some(&trace.voltage),
-        &trace.proof_mass,
-        cantilever,
-    )
-    .map_err(|error| error.to_string())?;
-    Ok(bytes)
 }

@@ -19,7 +19,7 @@ use crate::recording::{Channel, Recording};
 /// State of the fit panel.
 #[derive(Debug, Clone, Default)]
 pub struct Fitting {
-    /// Whether its window is open.
+    /// Whether its panel is open.
     pub open: bool,
     /// Parameters ticked; `None` for the default selection.
     pub free: Option<BTreeSet<String>>,

@@ -12,6 +12,7 @@ use super::recording_roles::with_role;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::{OverlayId, Role};
 use crate::fit::contact_readings::ContactReadings;
+use crate::fit::contact_sample::Sampled;
 use crate::fit::paper_steps::guide::{Allowance, Guidance, Step, guide};
 use crate::fit::paper_steps::outcome::{StepResult, take};
 use crate::fit::{Control, FitOptions, Progress};
@@ -38,7 +39,7 @@ struct Looked {
     readings: Option<Arc<ContactReadings>>,
 }
 
-/// State of the identification window.
+/// State of the identification panel.
 #[derive(Debug, Clone, Default)]
 pub struct Identification {
     /// Whether it is open.
@@ -47,6 +48,8 @@ pub struct Identification {
     pub allowances: Vec<Allowance>,
     /// What to do before any step.
     pub first: Option<String>,
+    /// How much of long recordings the guide read.
+    pub sampled: Option<Sampled>,
     seen: Option<Seen>,
     /// The device they are valid for, with what was read about the ground.
     looked: Option<Looked>,
@@ -68,6 +71,14 @@ fn recordings(setup: &Setup) -> Vec<Arc<Recording>> {
 impl Identification {
     /// Takes the results of the thread, and examines the recordings again if they have changed.
     pub fn poll(&mut self, setup: &Setup, context: &Context) {
+        self.collect(setup);
+        if self.job.is_none() && self.seen.as_ref() != Some(&seen(setup)) {
+            self.look(setup, context);
+        }
+    }
+
+    /// Takes the results of the thread, whether or not the panel is open.
+    pub fn collect(&mut self, setup: &Setup) {
         if self.of != setup.preset.model.name {
             // Results of one device must not be applied to another.
             self.of.clone_from(&setup.preset.model.name);
@@ -85,6 +96,7 @@ impl Identification {
                 (_, Ok(StepEvent::Guide(found))) => {
                     self.allowances = found.allowances;
                     self.first = found.first;
+                    self.sampled = found.sampled;
                     if let Some(looked) = &mut self.looked {
                         looked.readings = found.readings.map(Arc::new);
                     }
@@ -101,9 +113,6 @@ impl Identification {
             }
             self.job = None;
         }
-        if self.job.is_none() && self.seen.as_ref() != Some(&seen(setup)) {
-            self.look(setup, context);
-        }
     }
 
     /// Examines which steps the recordings allow for the present device.
@@ -113,6 +122,7 @@ impl Identification {
         self.seen = Some(seen(setup));
         self.allowances.clear();
         self.first = None;
+        self.sampled = None;
         self.looked = Some(Looked {
             model: Arc::clone(&model),
             readings: None,

@@ -1,5 +1,6 @@
 //! Long work on a thread of its own, with progress, cancellation and a result. A panic in it
-//! becomes an error message.
+//! becomes an error message. What the work splits among threads runs in a pool of its own, so
+//! that neither the simulator nor another job waits for it.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,6 +23,25 @@ pub struct Job<P, T>(Arc<Shared<P, T>>);
 impl<P, T> Clone for Job<P, T> {
     fn clone(&self) -> Self {
         Self(Arc::clone(&self.0))
+    }
+}
+
+/// Runs `work` so that what it splits among threads runs in a pool of its own, which leaves one
+/// core to the simulator and the window. In rayon's shared pool a short task of the simulator
+/// would wait until a long task of a fit has ended.
+pub fn in_own_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(cores.saturating_sub(1).max(1))
+        .thread_name(|i| format!("job {i}"))
+        .build();
+    match pool {
+        Ok(pool) => pool.install(work),
+        Err(error) => {
+            // The shared pool is slower for the others, but the work is done.
+            log::warn!("a job shares its threads with the simulator: {error}");
+            work()
+        }
     }
 }
 
@@ -66,8 +86,8 @@ impl<P: Send + 'static, T: Send + 'static> Job<P, T> {
         };
         let thread = std::thread::Builder::new().name(name.to_owned());
         let started = thread.spawn(move || {
-            let result =
-                catch_unwind(AssertUnwindSafe(|| work(&control))).unwrap_or_else(|panic| {
+            let result = catch_unwind(AssertUnwindSafe(|| in_own_pool(|| work(&control))))
+                .unwrap_or_else(|panic| {
                     let text = panic_text(panic.as_ref());
                     Err(format!("internal error: {text}"))
                 });
@@ -97,6 +117,11 @@ impl<P: Send + 'static, T: Send + 'static> Job<P, T> {
         P: Clone,
     {
         lock(&self.0.progress).clone()
+    }
+
+    /// Whether the work has ended and its result was not taken yet.
+    pub fn has_ended(&self) -> bool {
+        lock(&self.0.result).is_some()
     }
 
     /// The result, once, after the work has ended.
@@ -148,5 +173,47 @@ mod tests {
         let job: Job<u32, u32> = Job::start("test", &context, |_| panic!("on purpose"));
         let error = wait(&job).unwrap_err();
         assert!(error.contains("on purpose"), "{error}");
+    }
+
+    #[test]
+    fn the_shared_pool_is_free_while_jobs_keep_all_their_threads_busy() {
+        use rayon::prelude::*;
+        let context = Context::default();
+        let busy = || -> Job<u32, u32> {
+            Job::start("test", &context, |control| {
+                let threads = rayon::current_num_threads() as u32;
+                // Every thread of the pool, and a queue behind it.
+                (0..4 * threads).into_par_iter().for_each(|_| {
+                    while !control.cancel().load(Ordering::Relaxed) {
+                        control.report(1);
+                        std::thread::sleep(std::time::Duration::from_millis(1));
+                    }
+                });
+                Ok(threads)
+            })
+        };
+        // Two jobs at once: both begin, and what others do in parallel is done meanwhile.
+        let jobs = [busy(), busy()];
+        for job in &jobs {
+            let mut waits = 0;
+            while job.progress().is_none() {
+                waits += 1;
+                assert!(waits < 2000, "a job waits for another one");
+                std::thread::sleep(std::time::Duration::from_millis(5));
+            }
+        }
+        let (send, receive) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            let sum: u64 = (0..1000_u64).into_par_iter().sum();
+            let _ = send.send(sum);
+        });
+        let sum = receive.recv_timeout(std::time::Duration::from_secs(10));
+        for job in &jobs {
+            job.cancel();
+        }
+        assert_eq!(sum, Ok(499_500), "the shared pool waits for the jobs");
+        for job in &jobs {
+            assert!(wait(job).unwrap() >= 1);
+        }
     }
 }

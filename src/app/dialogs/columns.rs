@@ -97,7 +97,7 @@ pub fn chooser(
         Some(choice) => names
             .get(choice.index)
             .cloned()
-            .unwrap_or_else(|| format!("column {} (missing)", choice.index + 1)),
+            .unwrap_or_else(|| format!("column {} (missing)", choice.index.saturating_add(1))),
     };
     let response = ComboBox::from_id_salt((quantity, "column"))
         .selected_text(&selected)

@@ -6,10 +6,16 @@ use super::escape;
 use crate::app::setup::command::Command;
 
 /// Mouse and key gestures.
-const GESTURES: [(&str, &str); 11] = [
+const GESTURES: [(&str, &str); 14] = [
     ("drag in a plot", "move through time"),
     ("wheel in a plot", "zoom in time around the pointer"),
     ("double-click in a plot", "show the whole span"),
+    (
+        "wheel on the scale of a plot, or Alt + wheel in it",
+        "zoom in values around the pointer",
+    ),
+    ("drag on the scale of a plot", "move through values"),
+    ("double-click on the scale of a plot", "show all values"),
     ("click in a plot", "set the cursor"),
     (
         "Shift + click in a plot",

@@ -9,6 +9,7 @@ mod page;
 pub mod sheet;
 #[cfg(test)]
 mod tests;
+pub mod trace_csv;
 
 use std::io::Cursor;
 use std::path::Path;

@@ -38,6 +38,7 @@ fn state() -> State {
         recording: Arc::new(recording.unwrap()),
         import: Default::default(),
         alignment: Default::default(),
+        drive: Default::default(),
         visible: true,
         color: 0,
         made_up: false,

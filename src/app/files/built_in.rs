@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
+use crate::app::setup::drive_choice::OwnDrive;
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
 use crate::app::setup::overlay::Overlay;
 use crate::model::drive::Waveform;
@@ -83,6 +84,7 @@ pub fn unread(id: u64, recording: Arc<Recording>) -> Overlay {
         recording,
         import: ImportSettings::default(),
         alignment: Alignment::default(),
+        drive: OwnDrive::default(),
         visible: true,
         color: 0,
         made_up: true,

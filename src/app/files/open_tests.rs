@@ -158,6 +158,7 @@ fn missing_and_changed_recordings_are_reported_with_a_remedy() {
         name: None,
         import: settings.clone(),
         alignment: Default::default(),
+        drive: None,
         visible: true,
         color: 0,
     };

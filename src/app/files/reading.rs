@@ -8,9 +8,10 @@ use super::jobs::Context;
 use super::session;
 use super::session_text::RecordingEntry;
 use crate::app::files::recent;
-use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::drive::DriveReading;
 use crate::model::preset::Preset;
 use crate::recording::csv::{ImportSettings, import, import_voltage, preview};
+use crate::recording::measured_drive::drive_of_samples;
 use crate::recording::{ImportError, ImportWarning};
 
 pub(super) fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
@@ -125,10 +126,8 @@ pub(super) fn drive_from(path: &Path) -> FileEvent {
         Err(error) => return failed(&error),
     };
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    match VoltageTable::from_recording(name, time, voltage) {
-        Ok(table) => FileEvent::Drive {
-            waveform: Waveform::Table(Arc::new(table)),
-        },
+    match drive_of_samples(&name, time, voltage, DriveReading::Recognised) {
+        Ok(waveform) => FileEvent::Drive { waveform },
         Err(error) => failed(&error),
     }
 }

@@ -8,6 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 
 use super::atomic_write::{data_dir, keep_unreadable, write_atomically};
+use crate::part_files::{PartFile, sweep_parts};
 use crate::recording::csv::ImportSettings;
 
 /// Files in the list.
@@ -46,6 +47,7 @@ impl RecentFiles {
     /// Changes what the file holds; keeps a copy of a file that cannot be read.
     fn change(folder: &Path, change: impl FnOnce(&mut Self)) {
         let _lock = FILE_LOCK.lock().unwrap_or_else(PoisonError::into_inner);
+        let _other_windows = lock_for_all_windows(folder);
         let path = folder.join(FILE_NAME);
         let mut list = match std::fs::read(&path) {
             Err(_) => Self::default(),
@@ -87,6 +89,26 @@ impl RecentFiles {
             self.import.truncate(MAX_IMPORTS);
         }
     }
+}
+
+/// Held while the file is changed, so that windows do not overwrite each other's changes. The
+/// system frees it when its process ends. `None` on a system without locks, where the last
+/// change wins.
+fn lock_for_all_windows(folder: &Path) -> Option<std::fs::File> {
+    let lock = std::fs::File::options()
+        .create(true)
+        .truncate(false)
+        .write(true)
+        .open(folder.join(format!("{FILE_NAME}.lock")));
+    let locked = lock.and_then(|file| file.lock().map(|()| file));
+    locked
+        .inspect_err(|error| log::debug!("the list of recent files is not locked: {error}"))
+        .ok()
+}
+
+/// Removes what interrupted writings left of the file in a data folder.
+pub(super) fn sweep(folder: &Path) {
+    sweep_parts(&folder.join(FILE_NAME), PartFile::is_abandoned);
 }
 
 /// The absolute path, which stays the same when the current folder changes.

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use super::atomic_write::{SessionError, data_dir, write_atomically};
+use super::recent;
 use super::session_text;
 use super::session_text::{Loaded, RecordingEntry, TextError};
 use crate::app::setup::current_setup::Setup;
@@ -21,13 +22,26 @@ pub fn save(
     view: &View,
     missing: &[RecordingEntry],
 ) -> Result<(), SessionError> {
-    let text = session_text::to_text(setup, view, missing, folder_of(path)).map_err(|reason| {
+    let text = text(path, setup, view, missing)?;
+    write_atomically(path, text.as_bytes())
+}
+
+/// The text of a session that is saved as `path`; nothing is written.
+///
+/// # Errors
+/// `SessionError::Unwritable`.
+pub fn text(
+    path: &Path,
+    setup: &Setup,
+    view: &View,
+    missing: &[RecordingEntry],
+) -> Result<String, SessionError> {
+    session_text::to_text(setup, view, missing, folder_of(path)).map_err(|reason| {
         SessionError::Unwritable {
             path: path.to_owned(),
             reason,
         }
-    })?;
-    write_atomically(path, text.as_bytes())
+    })
 }
 
 /// Whether a file is a session rather than a preset.
@@ -54,7 +68,15 @@ pub fn load(path: &Path) -> Result<Loaded, SessionError> {
             error.utf8_error().valid_up_to()
         ),
     })?;
-    let mut loaded = session_text::from_text(&text).map_err(|error| match error {
+    parse(path, &text)
+}
+
+/// Reads the text of the session `path`, like [`load`].
+///
+/// # Errors
+/// `SessionError`.
+pub fn parse(path: &Path, text: &str) -> Result<Loaded, SessionError> {
+    let mut loaded = session_text::from_text(text).map_err(|error| match error {
         TextError::ForeignVersion(found) => SessionError::ForeignVersion {
             path: path.to_owned(),
             found,
@@ -87,9 +109,32 @@ fn find(entry: &RecordingEntry, folder: &Path) -> Option<PathBuf> {
         .find(|place| place.exists())
 }
 
-/// File of the autosaved session.
-pub fn autosave_path() -> Option<PathBuf> {
-    Some(data_dir()?.join("autosave.impactscope.toml"))
+/// Folder of the autosaved sessions, with what interrupted writings left of the program's
+/// other files swept. Each test has a folder of its own, so that windows of other tests are
+/// no other windows of its person.
+pub fn autosave_folder() -> Option<PathBuf> {
+    let mut folder = data_dir()?;
+    if cfg!(test) {
+        folder.push(format!("{:?}", std::thread::current().id()));
+        std::fs::create_dir_all(&folder).ok()?;
+    }
+    recent::sweep(&folder);
+    Some(folder)
+}
+
+/// Whether a file is in the folder of the autosaved sessions.
+pub fn is_autosaved(path: &Path) -> bool {
+    let own = data_dir().and_then(|folder| folder.canonicalize().ok());
+    let folder = folder_of(path).canonicalize().ok();
+    own.is_some() && own == folder
+}
+
+/// Name of the file of the `number`th window's autosaved session, from 1.
+pub fn autosave_file(number: usize) -> String {
+    match number {
+        1 => "autosave.impactscope.toml".to_owned(),
+        _ => format!("autosave-{number}.impactscope.toml"),
+    }
 }
 
 #[cfg(test)]

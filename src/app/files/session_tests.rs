@@ -35,6 +35,7 @@ fn overlay(id: u64, path: &Path) -> Overlay {
         recording: Arc::new(import(path, &settings, None).unwrap()),
         import: settings,
         alignment: Default::default(),
+        drive: Default::default(),
         visible: false,
         color: 3,
         made_up: false,
@@ -48,7 +49,7 @@ fn overlay(id: u64, path: &Path) -> Overlay {
 fn a_saved_session_is_restored_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.impactscope.toml");
-    let table = VoltageTable::new("edited", vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0], 0.0).unwrap();
+    let table = VoltageTable::new("edited", vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0]).unwrap();
     let drives = [
         DriveChoice::Waveform(Waveform::Rest),
         DriveChoice::Waveform(Waveform::parse("ramped:5Hz:8V:0.25", 0.4).unwrap()),
@@ -61,6 +62,7 @@ fn a_saved_session_is_restored_unchanged() {
         let view = View {
             slow_down: 0.003,
             time_range: Some((0.01, 0.02)),
+            value_ranges: [("Phase portrait".to_owned(), (-1e-6, 2e-6))].into(),
             workspace: "diagnose".to_owned(),
             ..View::default()
         };
@@ -286,7 +288,7 @@ fn the_reference_curve_is_saved_and_older_sessions_have_none() {
     assert!(older.contains("show_events"), "{older}");
     std::fs::write(&path, older).unwrap();
     assert_eq!(load(&path).unwrap().view.reference_curve, None);
-    let table = VoltageTable::new("edited", vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0], 0.0).unwrap();
+    let table = VoltageTable::new("edited", vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0]).unwrap();
     for drive in [
         DriveChoice::Waveform(Waveform::parse("chirp:5Hz:80Hz:8V", 0.7).unwrap()),
         DriveChoice::Waveform(Waveform::Table(Arc::new(table))),

@@ -8,10 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use super::built_in;
 use crate::app::setup::current_setup::Setup;
-use crate::app::setup::drive_text::DriveEntry;
+use crate::app::setup::drive_choice::OwnDrive;
+use crate::app::setup::drive_text::{DriveEntry, OwnDriveEntry};
 use crate::app::setup::overlay::{Overlay, Role};
 use crate::app::setup::view::View;
 use crate::model::preset::Preset;
+use crate::model::preset::toml_fault::{TomlFault, short_reason};
 use crate::recording::align::Alignment;
 use crate::recording::csv::ImportSettings;
 
@@ -19,6 +21,9 @@ use crate::recording::csv::ImportSettings;
 pub const FORMAT_VERSION: u32 = 1;
 /// The key that distinguishes a session from a preset; its value is the version.
 pub const VERSION_KEY: &str = "impactscope_session";
+
+/// Largest number of a recording. Counting on from it stays within what a file can hold.
+const MAX_RECORDING_NUMBER: u64 = 1 << 48;
 
 /// Why a text is no session that can be opened.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,6 +74,9 @@ pub struct RecordingEntry {
     pub import: ImportSettings,
     /// Shift and scale.
     pub alignment: Alignment,
+    /// What drives its own run, if it is not its measured voltage as recognised.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drive: Option<OwnDriveEntry>,
     /// Whether it is drawn.
     pub visible: bool,
     /// Index into the palette.
@@ -124,6 +132,7 @@ fn entry(overlay: &Overlay, folder: &Path) -> RecordingEntry {
         made_up: overlay.made_up,
         import: overlay.import.clone(),
         alignment: overlay.alignment,
+        drive: OwnDriveEntry::of(&overlay.drive),
         visible: overlay.visible,
         color: overlay.color,
         role: overlay.role,
@@ -162,7 +171,8 @@ pub fn has_version_key(text: &str) -> bool {
 /// # Errors
 /// [`TextError`].
 pub fn from_text(text: &str) -> Result<Loaded, TextError> {
-    let damaged = |error: toml::de::Error| TextError::Damaged(error.to_string());
+    let damaged =
+        |error: toml::de::Error| TextError::Damaged(TomlFault::new(text, &error).to_string());
     // The version is checked first: another version may have other keys.
     let table: toml::Table = toml::from_str(text).map_err(damaged)?;
     match table.get(VERSION_KEY).and_then(toml::Value::as_integer) {
@@ -178,7 +188,7 @@ pub fn from_text(text: &str) -> Result<Loaded, TextError> {
     }
     // Parsed from the text again, so that an error names its line.
     let file: File = toml::from_str(text).map_err(damaged)?;
-    loaded(file).map_err(TextError::Damaged)
+    loaded(file).map_err(|reason| TextError::Damaged(short_reason(&reason)))
 }
 
 fn loaded(mut file: File) -> Result<Loaded, String> {
@@ -202,6 +212,7 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
         match built_in::shipped(entry.name.as_deref(), entry.id) {
             Some(overlay) => overlays.push(Overlay {
                 alignment: entry.alignment,
+                drive: own_drive(entry.drive.as_ref(), file.duration)?,
                 visible: entry.visible,
                 color: entry.color,
                 role: entry.role,
@@ -226,6 +237,14 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
         recordings,
         missing,
     })
+}
+
+/// The drive of a recording's own run, as a session has it.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn own_drive(entry: Option<&OwnDriveEntry>, duration: f64) -> Result<OwnDrive, String> {
+    entry.map_or_else(|| Ok(OwnDrive::default()), |e| e.clone().read(duration))
 }
 
 /// Gives recordings with a number already taken a new one, so that a session with duplicate
@@ -258,12 +277,29 @@ fn check(file: &File) -> Result<(), String> {
             "the time range in view, {start} s to {end} s, is empty"
         ));
     }
+    for (name, (low, high)) in &file.view.value_ranges {
+        if !(low.is_finite() && high.is_finite() && low < high) {
+            return Err(format!(
+                "the range of values in view of {name}, {low} to {high}, is empty"
+            ));
+        }
+    }
     let found = file.recording.len();
     if let Some(expected) = file.recordings
         && expected != found
     {
         return Err(format!(
             "the file is truncated: it has {found} of {expected} recordings"
+        ));
+    }
+    let drive = match file.drive {
+        DriveEntry::Recorded(id) => Some(id),
+        _ => None,
+    };
+    let ids = file.recording.iter().map(|entry| entry.id).chain(drive);
+    if let Some(id) = ids.filter(|id| *id > MAX_RECORDING_NUMBER).max() {
+        return Err(format!(
+            "there is no recording number {id}; the largest is {MAX_RECORDING_NUMBER}"
         ));
     }
     for entry in &file.recording {
@@ -325,6 +361,40 @@ mod tests {
             Some(PathBuf::from("../../x/y/c.csv"))
         );
         assert_eq!(relative("/x/c.csv", "/a/../b"), None);
+    }
+
+    #[test]
+    fn a_damaged_line_of_half_a_megabyte_gives_a_short_message() {
+        let long = "x".repeat(467_000);
+        for text in [
+            format!("impactscope_session = 1 {long}"),
+            format!("impactscope_session = \"{long}"),
+            format!("impactscope_session = 1\nduration = \"{long}\""),
+            format!("impactscope_session = 1\n{long} = \"\\u001b\""),
+            format!("{long} = 1"),
+        ] {
+            let Err(TextError::Damaged(said)) = from_text(&text) else {
+                panic!("it was read");
+            };
+            assert!(said.len() < 1500, "{} bytes", said.len());
+            assert!(!said.contains(char::is_control), "{said:?}");
+        }
+    }
+
+    #[test]
+    fn a_recording_number_that_no_file_could_hold_is_refused() {
+        let setup = built_in::setup();
+        let text = to_text(&setup, &View::default(), &[], Path::new("/a")).unwrap();
+        assert!(from_text(&text).is_ok());
+        let huge = text.replacen("\nid = ", "\nid = 922337203685477580", 1);
+        assert_ne!(huge, text, "the first setup has a recording");
+        let Err(TextError::Damaged(said)) = from_text(&huge) else {
+            panic!("it was read");
+        };
+        assert!(
+            said.contains("recording number 922337203685477580"),
+            "{said}"
+        );
     }
 
     #[test]

@@ -16,6 +16,11 @@ use crate::trial::score::{Mark, may_also_name, score};
 
 /// Starts a trial that was generated, and ends one whose recordings were undone.
 pub(crate) fn poll(state: &mut State, last: &mut OverlayId) {
+    let making = &mut state.diagnosing.trial.making;
+    if making.as_ref().is_some_and(Job::is_cancelled) {
+        // Its thread cannot be stopped; what it brings is not wanted any more.
+        *making = None;
+    }
     if let Some(made) = state.diagnosing.trial.making.as_ref().and_then(Job::take) {
         state.diagnosing.trial.making = None;
         match made {

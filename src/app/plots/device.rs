@@ -1,8 +1,8 @@
 //! The device drawn, moving with the run: a cantilever with its proof mass over the
 //! ground, a mass on a spring, or a free mass.
 //!
-//! Heights are to scale, lengths are not. The scale is fixed for the whole run, so that
-//! only the device moves. The length of an arrow is relative to the largest drive force of
+//! Heights are to scale, lengths are not. The scale stays the same while the motion fits it, over
+//! runs as well, so that only the device moves. The length of an arrow is relative to the largest drive force of
 //! the run, or to the largest force on the mass.
 
 mod column;
@@ -21,13 +21,13 @@ use crate::app::state::State;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
 
-/// Smallest and largest height of the picture \[points\].
-const HEIGHT_RANGE: (f32, f32) = (110.0, 420.0);
+/// Smallest height of the picture \[points\]. It takes all the room it is given.
+const MIN_HEIGHT: f32 = 110.0;
 
 /// Shown on hovering: what is to scale.
 const SCALE_NOTE: &str = "Heights are to scale (see the bar), lengths are not. The length of \
      an arrow is relative to the largest drive force of this run, or to the largest force on \
-     the mass.";
+     the mass. The scale stays while the motion fits; double-click to fit it to the motion.";
 
 /// What kind of device is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,7 +73,9 @@ struct Layout {
 
 impl Layout {
     fn new(rect: Rect, kind: Kind, ground: Option<f64>, extremes: &Extremes) -> Self {
-        let column_width = (0.22 * rect.width()).clamp(164.0, 210.0);
+        // In a narrow picture the text takes at most half of the width.
+        let widest = (0.5 * rect.width()).clamp(110.0, 210.0);
+        let column_width = (0.22 * rect.width()).clamp(164.0_f32.min(widest), widest);
         let area = Rect::from_min_max(
             rect.min,
             pos2(
@@ -83,8 +85,8 @@ impl Layout {
         );
         let h = area.height();
         let mass = vec2(
-            (0.14 * area.width()).clamp(30.0, 84.0),
-            (0.13 * h).clamp(14.0, 30.0),
+            (0.14 * area.width()).clamp(30.0, 140.0),
+            (0.13 * h).clamp(14.0, 60.0),
         );
         let below = if ground.is_some() { 24.0 } else { 8.0 };
         let above = match kind {
@@ -118,7 +120,7 @@ impl Layout {
 
     /// Length of the longest arrow \[points\].
     fn arrow(&self) -> f32 {
-        (0.3 * self.area.height()).clamp(26.0, 70.0)
+        (0.3 * self.area.height()).clamp(26.0, 140.0)
     }
 }
 
@@ -127,11 +129,8 @@ impl Layout {
 pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
     let room = ui.available_size();
     let height = if room.y.is_finite() { room.y } else { 220.0 };
-    let size = vec2(
-        room.x.max(240.0),
-        height.clamp(HEIGHT_RANGE.0, HEIGHT_RANGE.1),
-    );
-    let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
+    let size = vec2(room.x.max(240.0), height.max(MIN_HEIGHT));
+    let (rect, response) = ui.allocate_exact_size(size, Sense::CLICK);
     let seen = state
         .snapshot
         .as_deref()
@@ -160,7 +159,7 @@ pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
             return;
         }
     };
-    let extremes = extremes(ui, snapshot);
+    let extremes = extremes(ui, snapshot, response.double_clicked());
     let kind = Kind::of(snapshot);
     let ground = snapshot
         .trace
@@ -198,14 +197,15 @@ fn label(moment: &Moment) -> String {
     label
 }
 
-/// The extremes of a run, computed once per run.
-fn extremes(ui: &Ui, snapshot: &Snapshot) -> Extremes {
+/// The extremes of a run, computed once per run. The scale is that of the run before while the
+/// motion fits, unless it is to be `fitted` again.
+fn extremes(ui: &Ui, snapshot: &Snapshot, fitted: bool) -> Extremes {
     let id = Id::unique("device picture extremes");
     let known = ui.data(|data| data.get_temp::<Extremes>(id));
-    if let Some(known) = known.filter(|known| known.are_of(snapshot)) {
+    if let Some(known) = known.filter(|known| !fitted && known.are_of(snapshot)) {
         return known;
     }
-    let new = Extremes::new(snapshot, known.as_ref());
+    let new = Extremes::new(snapshot, known.as_ref().filter(|_| !fitted));
     ui.data_mut(|data| data.insert_temp(id, new));
     new
 }

@@ -2,6 +2,7 @@
 
 pub mod device;
 mod drive_loop;
+mod event_corners;
 mod forces;
 pub mod frame;
 mod phase_portrait;
@@ -9,9 +10,10 @@ mod residual;
 #[cfg(test)]
 mod tests;
 mod trajectory;
+mod value_range;
 mod voltage;
 
-use eframe::egui::{Id, Key, Popup, RichText, ScrollArea, Ui, vec2};
+use eframe::egui::{Id, Key, Popup, Rect, RichText, ScrollArea, Ui, vec2};
 
 use self::frame::readout::Readout;
 use self::frame::time_plot::{Common, TimePlot};
@@ -26,6 +28,9 @@ const MESSAGE_HEIGHT: f32 = 20.0;
 const TIME_AXIS_HEIGHT: f32 = 36.0;
 /// Smallest height of the pictures without a time axis \[points\].
 const MIN_XY_HEIGHT: f32 = 190.0;
+
+/// Smallest height of the device \[points\]: five lines of text.
+const MIN_DEVICE_HEIGHT: f32 = 110.0;
 
 /// Draws all pictures that are switched on and reacts to mouse and keys over them.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -45,10 +50,14 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         .collect::<Vec<_>>();
     // With pictures below the time plots there is less room for the device.
     let tallest = if planes.is_empty() { 200.0 } else { 150.0 };
-    let device_height = if device {
-        (0.24 * space.y).clamp(130.0, tallest)
-    } else {
-        0.0
+    let is_alone = plots.is_empty() && planes.is_empty();
+    let device_height = match device {
+        false => 0.0,
+        true if is_alone => {
+            let texts = lines.len() as f32 * (MESSAGE_HEIGHT + PICTURE_SPACING);
+            (space.y - texts - 2.0 * PICTURE_SPACING).max(MIN_DEVICE_HEIGHT)
+        }
+        true => (0.24 * space.y).clamp(MIN_DEVICE_HEIGHT, tallest),
     };
     let mut rest =
         space.y - lines.len() as f32 * (MESSAGE_HEIGHT + PICTURE_SPACING) - 2.0 * PICTURE_SPACING;
@@ -101,7 +110,9 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                     }
                 }
             }
-            time_plots(ui, state, plots, &heights);
+            if let Some(plot) = time_plots(ui, state, plots, &heights) {
+                readout.show_differences(ui, plot);
+            }
             for line in lines {
                 ui.add_space(PICTURE_SPACING);
                 ui.label(RichText::new(line).size(12.0).weak());
@@ -148,6 +159,7 @@ pub(crate) fn describe(ui: &Ui, state: &State) -> (Vec<TimePlot>, Vec<String>) {
         }
     }
     for plot in &mut plots {
+        value_range::choose(plot, state);
         for i in 0..plot.curves.len() {
             let key = plot.key(&plot.curves[i]);
             plot.curves[i].hidden ^= state.view.switched_curves.contains(&key);
@@ -159,10 +171,10 @@ pub(crate) fn describe(ui: &Ui, state: &State) -> (Vec<TimePlot>, Vec<String>) {
 /// Smallest height \[points\], and share of the remaining height.
 fn demand(picture: Picture) -> (f32, f32) {
     match picture {
-        Picture::Trajectory => (150.0, 3.0),
-        Picture::Forces => (110.0, 2.0),
-        Picture::Residual => (80.0, 1.2),
-        _ => (64.0, 0.8),
+        Picture::Trajectory => (96.0, 3.0),
+        Picture::Forces => (80.0, 2.0),
+        Picture::Residual => (60.0, 1.2),
+        _ => (48.0, 0.8),
     }
 }
 
@@ -178,24 +190,28 @@ fn heights(plots: &[TimePlot], space: f32) -> Vec<(Picture, f32)> {
         .collect()
 }
 
-/// Time at which the device is drawn \[s\].
+/// Time at which the device is drawn \[s\]. A live run moves the device wherever the pointer and
+/// the cursors are; while it stands still, the pointer chooses the time.
 fn device_time(state: &State) -> Option<f64> {
-    frame::readout::time(state).or_else(|| {
-        let snapshot = state.snapshot.as_ref()?;
-        snapshot
-            .live
-            .map(|live| state.scrub.unwrap_or(live.time))
-            .or_else(|| {
-                Some(
-                    frame::time_window::in_view(state)
-                        .1
-                        .min(snapshot.trace.end()),
-                )
-            })
-    })
+    let snapshot = state.snapshot.as_ref()?;
+    match snapshot.live {
+        Some(live) if state.scrub.is_none() && !live.paused => Some(live.time),
+        Some(live) => state.cursors.hover.or(state.scrub).or(Some(live.time)),
+        None => frame::readout::time(state).or_else(|| {
+            let end = frame::time_window::in_view(state).1;
+            Some(end.min(snapshot.trace.end()))
+        }),
+    }
 }
 
-fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[(Picture, f32)]) {
+/// Draws the pictures against time. Returns where the first one is.
+fn time_plots(
+    ui: &mut Ui,
+    state: &mut State,
+    plots: Vec<TimePlot>,
+    heights: &[(Picture, f32)],
+) -> Option<Rect> {
+    let mut first = None;
     let common = Common {
         window: frame::time_window::in_view(state),
         cursors: state.cursors,
@@ -214,11 +230,14 @@ fn time_plots(ui: &mut Ui, state: &mut State, plots: Vec<TimePlot>, heights: &[(
             ui.scroll_to_rect(rect, None);
         }
         self::frame::layout_note::note(ui.ctx(), &name, reply.response.rect);
+        value_range::react(ui, state, &reply);
         frame::time_window::react(ui, state, &reply);
+        first.get_or_insert(reply.response.rect);
         if !lowest {
             frame::split::handle(ui, heights[i], heights[i + 1], PICTURE_SPACING);
         }
     }
+    first
 }
 
 /// The pictures without a time axis in a row.

@@ -29,6 +29,14 @@ pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
     let velocity = |name, run: &Arc<Snapshot>| {
         cache::column(ui, name, &run.trace, |trace| &trace.proof_mass_velocity)
     };
+    let corners = |name: &str, run: &Arc<Snapshot>| {
+        let slot = if name == "velocity" {
+            "run"
+        } else {
+            "reference"
+        };
+        trajectory::corners(ui, slot, &run.trace)
+    };
     let (from, to) = view;
     let overlays: Vec<&Overlay> = (state.setup.overlays.iter())
         .filter(|overlay| overlay.visible)
@@ -42,7 +50,11 @@ pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
                 .filter_map(|curve| curve.value_range(from, to)),
         );
     let y = (runs.iter())
-        .filter_map(|(name, run)| velocity(name, run).value_range(from, to))
+        .flat_map(|(name, run)| {
+            let at_events = corners(name, run).velocity_range(from, to);
+            [velocity(name, run).value_range(from, to), at_events]
+        })
+        .flatten()
         .chain((overlays.iter()).filter_map(|overlay| recorded_range(ui, overlay, view)));
     let frame = [
         xy::axis("xp", "m", axes::union(x), 1e-10),
@@ -69,8 +81,13 @@ pub fn describe(ui: &Ui, state: &State, size: [f32; 2]) -> xy::XyPlot {
             dashed: is_reference,
         };
         let samples = xy::samples(trace.t0, trace.dt, count, view);
-        plot.add(ui, path, samples, |i| {
-            [trace.proof_mass[i], trace.proof_mass_velocity[i]]
+        // An impact is a jump of the velocity, not a slanted line between two samples.
+        let corners = corners(name, run);
+        let next = samples.1;
+        plot.add_through(ui, path, samples, |i| {
+            let sample = [trace.proof_mass[i], trace.proof_mass_velocity[i]];
+            let events = corners.between(i).filter(move |_| i + 1 < next);
+            std::iter::once(sample).chain(events)
         });
     }
     if let Some((time, run)) = readout::time(state).zip(state.snapshot.as_ref()) {

@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use eframe::egui::Ui;
+use eframe::egui::{Id, Ui};
 
+use super::event_corners::EventCorners;
+use super::frame::cache::Source;
 use super::frame::curve::{Curve, Placed};
 use super::frame::style::{THICK_LINE, THIN_LINE};
 use super::frame::time_plot::{Level, TimePlot};
@@ -12,6 +14,7 @@ use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::Picture;
 use crate::app::state::State;
 use crate::recording::Channel;
+use crate::sim::Trace;
 
 /// The picture.
 pub fn describe(ui: &Ui, state: &State) -> TimePlot {
@@ -21,6 +24,7 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     if let Some(reference) = &state.reference {
         let pyramid = Arc::clone(&reference.proof_mass_pyramid);
         let curve = Curve::new("A: xp", pyramid, palette.reference).width(1.5);
+        let curve = curve.through(corners(ui, "reference", &reference.trace));
         plot.curves.push(curve.dashed());
     }
     plot.curves.extend(recorded(ui, state, Channel::Cantilever));
@@ -34,7 +38,8 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
             "xp",
             Arc::clone(&snapshot.proof_mass_pyramid),
             palette.proof_mass,
-        );
+        )
+        .through(corners(ui, "run", &snapshot.trace));
         plot.curves.push(proof_mass.clone().width(THICK_LINE));
         if let Some(value) = snapshot.trace.ground_level {
             plot.levels.push(Level {
@@ -51,6 +56,12 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     // Recordings are drawn over the simulation, which has to match them.
     plot.curves.extend(recorded(ui, state, Channel::ProofMass));
     plot
+}
+
+/// The points of a run at its events. `slot` distinguishes the runs that are shown.
+pub fn corners(ui: &Ui, slot: &'static str, trace: &Arc<Trace>) -> Arc<EventCorners> {
+    let id = Id::unique(("event corners", slot));
+    cache::cached(ui, id, Source::of(trace), || EventCorners::of(trace))
 }
 
 /// A channel of every visible recording that has it, aligned, in its colour.

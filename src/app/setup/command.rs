@@ -67,6 +67,8 @@ pub enum Command {
     Identification,
     /// Shifts the selected recording onto the simulation.
     AutoAlign,
+    /// Puts the focus into the field that finds a slider.
+    FindSlider,
     /// The command palette.
     Palette,
     /// Ends the program.
@@ -132,6 +134,7 @@ impl Command {
             Command::AutoAlign,
             Command::ToggleTheme,
             Command::SidePanel,
+            Command::FindSlider,
             Command::Palette,
             Command::Help,
             Command::ImportSettings,
@@ -178,7 +181,7 @@ impl Command {
             ),
             Command::ExportTrace => (
                 "Export trace as CSV...",
-                "Write the simulated trace; it can be loaded as a recording",
+                "Write the simulated trace with velocities and forces; it opens as a recording",
             ),
             Command::ExportEvents => (
                 "Export events as CSV...",
@@ -191,9 +194,10 @@ impl Command {
                 "Reset everything",
                 "Return to the state of the first start. Undo restores device, drive and recordings.",
             ),
-            Command::SetMode(Mode::WholeSpan) => {
-                ("Whole span", "Simulate the whole time span at once")
-            }
+            Command::SetMode(Mode::WholeSpan) => (
+                "Whole span",
+                "Simulate the whole time span and show all of it",
+            ),
             Command::SetMode(Mode::Live) => ("Live mode", "Run the device in slow motion"),
             Command::TogglePause => ("Pause / run", "Live mode: pause or continue"),
             Command::Step => ("Step", "Live mode: advance one step while paused"),
@@ -202,7 +206,7 @@ impl Command {
                 "Reference curve A",
                 "Keep the current curve as the reference A to compare with, or discard it",
             ),
-            Command::ZoomAll => ("Zoom to all", "Show the whole time span"),
+            Command::ZoomAll => ("Zoom to all", "Show the whole time span and all values"),
             Command::DriveEditor => ("Drive editor", "Edit waveform, frequency and amplitude"),
             Command::FitPanel => ("Fit", "Fit parameters to the recordings"),
             Command::Identification => (
@@ -218,6 +222,10 @@ impl Command {
                 "Shift the recordings onto the simulation by cross-correlation",
             ),
             Command::ToggleTheme => ("Dark / light", "Switch between dark and light theme"),
+            Command::FindSlider => (
+                "Find a slider",
+                "Type a symbol or a name, Enter; then the arrow keys change the value",
+            ),
             Command::Palette => ("Command palette", "Find a command by name"),
             Command::Help => (
                 "Keyboard shortcuts",
@@ -319,7 +327,9 @@ impl Command {
             let is_mac = cfg!(target_os = "macos");
             let text = keys.format(&ModifierNames::NAMES, is_mac);
             // Punctuation is shown as the character itself.
-            text.replace("Questionmark", "?").replace("Period", ".")
+            text.replace("Questionmark", "?")
+                .replace("Period", ".")
+                .replace("Slash", "/")
         };
         let all: Vec<String> = self.shortcuts().map(text).collect();
         (!all.is_empty()).then(|| all.join(" or "))
@@ -368,6 +378,7 @@ impl Command {
             Command::ToggleTheme => plain(Key::N),
             Command::SidePanel => plain(Key::P),
             Command::Help => plain(Key::Questionmark),
+            Command::FindSlider => plain(Key::Slash),
             Command::Workspace(WorkspaceId::Tune) => ctrl(Key::Num1),
             Command::Workspace(WorkspaceId::Diagnose) => ctrl(Key::Num2),
             Command::TogglePicture(picture) => {

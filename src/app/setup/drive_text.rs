@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::drive_choice::DriveChoice;
-use crate::model::drive::{VoltageTable, Waveform};
+use super::drive_choice::{DriveChoice, OwnDrive};
+use crate::model::drive::{DriveReading, VoltageTable, Waveform};
+use crate::recording::measured_drive::drive_of_samples;
 
 /// The drive of a run.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DriveEntry {
     /// As on the command line: `square:15Hz:8V`.
@@ -20,6 +21,12 @@ pub enum DriveEntry {
         name: String,
         time: Vec<f64>,
         voltage: Vec<f64>,
+        /// Period after which points come again \[s\].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        period: Option<f64>,
+        /// How samples of a file were read; points have none.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        reading: Option<DriveReading>,
     },
     /// The voltage of a recording, by its number.
     Recorded(u64),
@@ -31,11 +38,18 @@ impl DriveEntry {
         match drive {
             DriveChoice::Recorded(id) => Self::Recorded(*id),
             DriveChoice::Waveform(Waveform::Table(table)) => {
-                let (time, voltage) = table.points();
+                let name = table.name.clone();
+                let (time, voltage) = match (table.points(), table.source()) {
+                    (Some((time, voltage)), _) => (time.to_vec(), voltage.to_vec()),
+                    (None, Some(source)) => (source.time.clone(), source.voltage.clone()),
+                    (None, None) => (Vec::new(), Vec::new()),
+                };
                 Self::Table {
-                    name: table.name.clone(),
-                    time: time.to_vec(),
-                    voltage: voltage.to_vec(),
+                    name,
+                    time,
+                    voltage,
+                    period: table.period(),
+                    reading: table.source().map(|s| s.reading),
                 }
             }
             DriveChoice::Waveform(waveform @ Waveform::Chirp { duration, .. }) => Self::Chirp {
@@ -56,6 +70,7 @@ impl DriveEntry {
                 .map(DriveChoice::Waveform)
                 .map_err(|error| error.to_string())
         };
+        let table = |table| Waveform::Table(Arc::new(table));
         match self {
             Self::Recorded(id) => Ok(DriveChoice::Recorded(id)),
             Self::Waveform(text) => parse(&text, duration),
@@ -64,11 +79,63 @@ impl DriveEntry {
                 name,
                 time,
                 voltage,
+                period,
+                reading,
             } => {
-                let table =
-                    VoltageTable::new(name, time, voltage, 0.0).map_err(|e| e.to_string())?;
-                Ok(DriveChoice::Waveform(Waveform::Table(Arc::new(table))))
+                let waveform = match (reading, period) {
+                    (Some(reading), _) => drive_of_samples(&name, time, voltage, reading),
+                    (None, None) => VoltageTable::new(name, time, voltage).map(table),
+                    (None, Some(period)) => VoltageTable::new(name, time, voltage)
+                        .and_then(|points| points.repeating(period))
+                        .map(table),
+                };
+                waveform
+                    .map(DriveChoice::Waveform)
+                    .map_err(|error| error.to_string())
             }
+        }
+    }
+}
+
+/// The drive of a recording's own run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OwnDriveEntry {
+    /// Its measured voltage, read this way.
+    Measured(DriveReading),
+    /// The drive of the simulation.
+    Shared,
+    /// A waveform of its own.
+    Chosen(DriveEntry),
+}
+
+impl OwnDriveEntry {
+    /// The form in a file; `None` for the usual one.
+    pub fn of(drive: &OwnDrive) -> Option<Self> {
+        match drive {
+            usual if *usual == OwnDrive::default() => None,
+            OwnDrive::Measured(reading) => Some(Self::Measured(*reading)),
+            OwnDrive::Shared => Some(Self::Shared),
+            OwnDrive::Chosen(waveform) => Some(Self::Chosen(DriveEntry::of(
+                &DriveChoice::Waveform(waveform.clone()),
+            ))),
+        }
+    }
+
+    /// Reads it back, for a run of `duration` \[s\].
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn read(self, duration: f64) -> Result<OwnDrive, String> {
+        match self {
+            Self::Measured(reading) => Ok(OwnDrive::Measured(reading)),
+            Self::Shared => Ok(OwnDrive::Shared),
+            Self::Chosen(entry) => match entry.read(duration)? {
+                DriveChoice::Waveform(waveform) => Ok(OwnDrive::Chosen(waveform)),
+                DriveChoice::Recorded(_) => {
+                    Err("a recording's own drive cannot be another recording's".to_owned())
+                }
+            },
         }
     }
 }

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::drive_choice::OwnDrive;
+use crate::model::drive::DriveReading;
 use crate::recording::Recording;
 use crate::recording::align::Alignment;
 use crate::recording::csv::ImportSettings;
@@ -34,6 +36,8 @@ pub struct Overlay {
     pub import: ImportSettings,
     /// Shift and scale against the simulation.
     pub alignment: Alignment,
+    /// What drives its own run.
+    pub drive: OwnDrive,
     /// Whether it is drawn and compared.
     pub visible: bool,
     /// Index into the palette of recordings.
@@ -49,8 +53,20 @@ impl PartialEq for Overlay {
     fn eq(&self, other: &Self) -> bool {
         self.id == other.id
             && self.alignment == other.alignment
+            && self.drive == other.drive
             && self.visible == other.visible
             && self.color == other.color
             && self.role == other.role
+    }
+}
+
+impl Overlay {
+    /// How its measured voltage is read.
+    #[must_use]
+    pub fn reading(&self) -> DriveReading {
+        match self.drive {
+            OwnDrive::Measured(reading) => reading,
+            OwnDrive::Shared | OwnDrive::Chosen(_) => DriveReading::Recognised,
+        }
     }
 }

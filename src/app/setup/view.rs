@@ -1,7 +1,7 @@
 //! How the person looks at the setup: mode, pictures, theme, zoom. Saved with a session,
 //! but not covered by undo.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
@@ -71,6 +71,8 @@ pub struct View {
     pub switched_curves: BTreeSet<String>,
     /// Time span in view \[s\]; `None` is all of it.
     pub time_range: Option<(f64, f64)>,
+    /// Values in view, SI, by the name of the picture; all of them in a picture without an entry.
+    pub value_ranges: BTreeMap<String, (f64, f64)>,
     /// Name of the workspace.
     pub workspace: String,
     /// The reference curve (A), if a session can compute it again.
@@ -94,6 +96,7 @@ impl Default for View {
             side_panel: true,
             switched_curves: BTreeSet::new(),
             time_range: None,
+            value_ranges: BTreeMap::new(),
             workspace: "tune".to_owned(),
             reference_curve: None,
         }

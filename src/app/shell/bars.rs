@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use eframe::egui;
-use eframe::egui::{Panel, Ui};
+use eframe::egui::{Align, Layout, Panel, Ui};
 
+use super::job_list;
 use crate::app::actions::menus;
 use crate::app::files::built_in;
 use crate::app::files::recent::absolute;
@@ -41,55 +42,69 @@ pub(super) fn menu_bar(services: &mut Services, ui: &mut Ui) {
 }
 
 fn hint(services: &mut Services, ui: &mut Ui) {
-    ui.horizontal(|ui| {
-        ui.vertical(|ui| {
-            for line in built_in::first_start_hint() {
-                ui.label(line);
-            }
-        });
+    // The button comes first, so that a narrow window wraps the lines instead of cutting it off.
+    ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
         if ui.button("Got it").clicked() {
             services.shows_hint = false;
         }
+        ui.with_layout(Layout::top_down(Align::Min), |ui| {
+            for line in built_in::first_start_hint() {
+                ui.add(egui::Label::new(line).wrap());
+            }
+        });
     });
 }
 
-/// Draws the status bar: what the simulation took, files and diagnoses in progress, and
-/// a refused value.
+/// Width below which the status bar leaves out the figures of the run while it shows something
+/// more urgent \[points\].
+const NARROW_STATUS_WIDTH: f32 = 900.0;
+
+/// Draws the status bar: what the simulation took, files and jobs in progress, and a refused
+/// value.
 pub(super) fn status_bar(services: &Services, ui: &mut Ui) {
     Panel::bottom("status").show(ui, |ui| {
+        let is_narrow = ui.available_width() < NARROW_STATUS_WIDTH;
         ui.horizontal(|ui| {
-            let Some(snapshot) = &services.state.snapshot else {
-                ui.weak("computing");
-                return;
-            };
-            let trace = &snapshot.trace;
-            if let Some(live) = snapshot.live {
-                ui.weak(live_speed(live));
-            } else {
-                ui.weak(format!(
-                    "{}, {}, {} in {:.1} ms",
-                    counted(trace.len(), "sample"),
-                    counted(trace.steps as usize, "step"),
-                    counted(trace.events.len(), "event"),
-                    snapshot.cost.as_secs_f64() * 1e3
-                ));
+            let jobs = job_list::show(services, ui);
+            let refusal = services.state.refusal.as_ref();
+            if !is_narrow || (jobs == 0 && refusal.is_none()) {
+                if jobs > 0 {
+                    ui.separator();
+                }
+                run_figures(services, ui);
             }
             if services.files.pending() > 0 {
                 file_progress(services, ui);
             }
-            let running = services.state.diagnosing.running.as_ref();
-            if let Some(progress) = running.and_then(|r| r.job.progress()) {
+            if let Some(refusal) = refusal {
                 ui.separator();
-                ui.spinner();
-                ui.label(format!("diagnosing {:.0} %", 100.0 * progress.done));
-            }
-            if let Some(refusal) = &services.state.refusal {
-                ui.separator();
+                let text = format!("not simulated: {}", refusal.message);
                 let color = theme::error(ui.visuals().dark_mode);
-                ui.colored_label(color, format!("not simulated: {}", refusal.message));
+                let label = egui::Label::new(egui::RichText::new(&text).color(color)).truncate();
+                ui.add(label).on_hover_text(text);
             }
         });
     });
+}
+
+/// What the simulation took, or the speed of a live run.
+fn run_figures(services: &Services, ui: &mut Ui) {
+    let Some(snapshot) = &services.state.snapshot else {
+        ui.weak("computing");
+        return;
+    };
+    let trace = &snapshot.trace;
+    if let Some(live) = snapshot.live {
+        ui.weak(live_speed(live));
+    } else {
+        ui.weak(format!(
+            "{}, {}, {} in {:.1} ms",
+            counted(trace.len(), "sample"),
+            counted(trace.steps as usize, "step"),
+            counted(trace.events.len(), "event"),
+            snapshot.cost.as_secs_f64() * 1e3
+        ));
+    }
 }
 
 fn file_progress(services: &Services, ui: &mut Ui) {

@@ -1,9 +1,13 @@
 //! Notices over the window. Information disappears by itself; errors and remarks on a
-//! recording stay until they are dismissed. Notices move nothing else.
+//! recording stay until they are dismissed. Notices move nothing else, and a click on one goes
+//! to what is under it: only their buttons take clicks. They are shown over the lower edge of
+//! the plots, beside the panels that they speak of.
 
 use std::time::Duration;
 
-use eframe::egui::{Align, Align2, Area, Frame, Id, Layout, Order, RichText, Ui, vec2};
+use eframe::egui::{
+    Align, Align2, Area, Frame, Id, Label, Layout, Order, Rect, RichText, Ui, vec2,
+};
 
 use crate::app::dialogs::Target;
 use crate::app::services::Services;
@@ -18,6 +22,11 @@ const MAX_SHOWN: usize = 4;
 const NOTICE_WIDTH: f32 = 400.0;
 /// Height left free for the status bar below \[points\].
 const STATUS_BAR_HEIGHT: f32 = 34.0;
+/// Height of the row of buttons in a notice \[points\].
+const BUTTON_ROW_HEIGHT: f32 = 22.0;
+
+/// A row of buttons: of the notice with this index, or of all of them.
+type ButtonRow = (Option<usize>, Rect);
 
 /// What was clicked.
 enum Clicked {
@@ -29,27 +38,31 @@ enum Clicked {
     Forget(OverlayId),
 }
 
-/// Draws the notices over the lower right corner.
+/// Draws the notices over the middle of the lower edge.
 pub(super) fn show(services: &mut Services, ui: &Ui) {
     let now = ui.input(|input| input.time);
     expire(&mut services.state.notices, now, ui);
     if services.state.notices.is_empty() {
         return;
     }
+    let width = NOTICE_WIDTH.min(ui.ctx().content_rect().width() - 20.0);
     let area = Area::new(Id::unique("notices"))
         .order(Order::Foreground)
-        .anchor(Align2::RIGHT_BOTTOM, vec2(-10.0, -STATUS_BAR_HEIGHT))
+        .interactable(false)
+        .anchor(Align2::CENTER_BOTTOM, vec2(0.0, -STATUS_BAR_HEIGHT))
         .show(ui.ctx(), |ui| {
-            ui.set_width(NOTICE_WIDTH);
-            stack(services, ui)
+            ui.set_width(width);
+            texts(services, ui, width)
         });
-    if area.response.contains_pointer() {
+    let pointer = ui.input(|input| input.pointer.hover_pos());
+    if pointer.is_some_and(|pos| area.response.rect.contains(pos)) {
         // A notice under the pointer is being read: it stays.
         for notice in &mut services.state.notices {
             notice.since = None;
         }
     }
-    match area.inner {
+    let rows = area.inner.into_iter();
+    match rows.fold(None, |clicked, row| buttons(services, ui, row).or(clicked)) {
         None => {}
         Some(Clicked::Dismiss(i)) => {
             services.state.notices.remove(i);
@@ -64,19 +77,14 @@ pub(super) fn show(services: &mut Services, ui: &Ui) {
     }
 }
 
-fn stack(services: &Services, ui: &mut Ui) -> Option<Clicked> {
-    let mut clicked = None;
+/// Draws the notices without their buttons. Returns where the buttons belong.
+fn texts(services: &Services, ui: &mut Ui, width: f32) -> Vec<ButtonRow> {
     let notices = &services.state.notices;
     let first = notices.len().saturating_sub(MAX_SHOWN);
+    let row = |ui: &mut Ui, width| ui.allocate_space(vec2(width, BUTTON_ROW_HEIGHT)).1;
+    let mut rows = Vec::new();
     if notices.len() > 1 {
-        ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
-            if ui.button("Dismiss all").clicked() {
-                clicked = Some(Clicked::DismissAll);
-            }
-            if first > 0 {
-                ui.weak(format!("and {first} older"));
-            }
-        });
+        rows.push((None, row(ui, width)));
     }
     for (i, notice) in notices.iter().enumerate().skip(first) {
         let color = if notice.is_error {
@@ -88,34 +96,65 @@ fn stack(services: &Services, ui: &mut Ui) -> Option<Clicked> {
         };
         let frame = Frame::popup(ui.style()).inner_margin(8);
         frame.stroke((1.0, color)).show(ui, |ui| {
-            ui.set_width(NOTICE_WIDTH - 18.0);
-            ui.label(RichText::new(&notice.text).color(color));
-            ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
-                if ui.small_button("Dismiss").clicked() {
-                    clicked = Some(Clicked::Dismiss(i));
-                }
-                let shown = |id| services.state.setup.overlays.iter().any(|o| o.id == id);
-                match notice.about {
-                    Some(About::Recording(id))
-                        if shown(id) && ui.small_button("Import settings...").clicked() =>
-                    {
-                        clicked = Some(Clicked::Import(id));
+            ui.set_width(width - 18.0);
+            let text = RichText::new(&notice.text).color(color);
+            ui.add(Label::new(text).wrap().selectable(false));
+            rows.push((Some(i), row(ui, width - 18.0)));
+        });
+    }
+    rows
+}
+
+/// Draws one row of buttons, over its place in the notice. Returns which one was clicked.
+fn buttons(services: &Services, ui: &Ui, (of, place): ButtonRow) -> Option<Clicked> {
+    let mut clicked = None;
+    Area::new(Id::unique(("notice buttons", of)))
+        .order(Order::Foreground)
+        .pivot(Align2::RIGHT_TOP)
+        .fixed_pos(place.right_top())
+        .show(ui.ctx(), |ui| {
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| match of {
+                Some(i) => clicked = buttons_of(services, ui, i),
+                None => {
+                    let older = services.state.notices.len().saturating_sub(MAX_SHOWN);
+                    if older > 0 {
+                        ui.weak(format!("and {older} older"));
                     }
-                    Some(About::Lost(id)) => {
-                        if ui.small_button("Locate...").clicked() {
-                            clicked = Some(Clicked::Locate(id));
-                        }
-                        if ui.small_button("Remove from session").clicked() {
-                            clicked = Some(Clicked::Forget(id));
-                        }
+                    if ui.button("Dismiss all").clicked() {
+                        clicked = Some(Clicked::DismissAll);
                     }
-                    _ => {}
                 }
             });
         });
+    clicked
+}
+
+fn buttons_of(services: &Services, ui: &mut Ui, i: usize) -> Option<Clicked> {
+    let notice = services.state.notices.get(i)?;
+    let mut clicked = None;
+    let shown = |id| services.state.setup.overlays.iter().any(|o| o.id == id);
+    match notice.about {
+        Some(About::Recording(id)) if shown(id) => {
+            if ui.small_button("Import settings...").clicked() {
+                clicked = Some(Clicked::Import(id));
+            }
+        }
+        Some(About::Lost(id)) => {
+            if ui.small_button("Locate...").clicked() {
+                clicked = Some(Clicked::Locate(id));
+            }
+            if ui.small_button("Remove from session").clicked() {
+                clicked = Some(Clicked::Forget(id));
+            }
+        }
+        _ => {}
+    }
+    if ui.small_button("Dismiss").clicked() {
+        clicked = Some(Clicked::Dismiss(i));
     }
     clicked
 }
+
 /// Removes notices that were shown long enough, and requests a frame for the next removal.
 fn expire(notices: &mut Vec<Notice>, now: f64, ui: &Ui) {
     notices.retain_mut(|notice| {

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use eframe::egui::{CentralPanel, Context, Frame, Ui};
 
-use super::autosave::{self, Autosave};
+use super::autosave::{self, Autosave, Slot, Start};
 use super::layout_dump::Layout;
 use super::options::WindowOptions;
 use super::screenshot::{PictureOutcome, Screenshot};
@@ -57,11 +57,11 @@ impl Shell {
         };
         let simulator = Simulator::start(repaint.clone())?;
         let files = Files::new(repaint);
-        let services = first_services(&options, preset, files);
+        let (services, slot) = first_services(&options, preset, files);
         theme::apply(context, services.state.view.dark);
         Ok(Self {
             simulator,
-            autosave: Autosave::new(&services.state),
+            autosave: Autosave::new(&services.state, slot),
             layout: Layout::new(),
             applied_dark: Some(services.state.view.dark),
             screenshot: options
@@ -82,6 +82,10 @@ impl Shell {
             reference_curve::restore(services);
         }
         diagnosis::update(services);
+        // Results are taken whichever workspace and panel is open.
+        let state = &mut services.state;
+        state.fitting.poll(&state.setup);
+        state.identification.collect(&state.setup);
         if self.applied_dark != Some(services.state.view.dark) {
             self.applied_dark = Some(services.state.view.dark);
             theme::apply(ui.ctx(), services.state.view.dark);
@@ -99,8 +103,7 @@ impl Shell {
         simulator::set_usual_speed(services);
         self.simulator.request(services);
         record_history(services, ui);
-        self.autosave
-            .update(services, ui, self.screenshot.is_none());
+        self.autosave.update(services, ui);
         self.layout.update(ui.ctx(), &services.state);
         if let Some(screenshot) = &mut self.screenshot {
             screenshot.update(services, ui, self.simulator.is_broken);
@@ -114,23 +117,34 @@ impl eframe::App for Shell {
     }
 
     fn on_exit(&mut self) {
-        // A window opened for a screenshot leaves the session alone.
-        if self.screenshot.is_none() {
-            self.autosave.save_at_exit(&self.services);
-        }
+        self.autosave.save_at_exit(&self.services);
     }
 }
 
 /// What the window starts with: the given files and preset, else the autosaved session,
-/// else the first start's device and recording.
-fn first_services(options: &WindowOptions, preset: Option<Preset>, files: Files) -> Services {
+/// else the first start's device and recording. And the file of its own autosaved session;
+/// a window opened for a screenshot has none and leaves the sessions alone.
+fn first_services(
+    options: &WindowOptions,
+    preset: Option<Preset>,
+    files: Files,
+) -> (Services, Option<Slot>) {
     let has_no_input = options.files.is_empty() && preset.is_none();
     let mut notices = Vec::new();
-    let restored = if has_no_input && options.screenshot.is_none() {
-        autosave::restore(&mut notices)
+    let start = if has_no_input {
+        Start::LastSession
+    } else {
+        Start::Files
+    };
+    let slot = if options.screenshot.is_none() {
+        autosave::own_slot(start, &mut notices)
     } else {
         None
     };
+    let restored = slot
+        .as_ref()
+        .filter(|_| has_no_input)
+        .and_then(|slot| autosave::restore(slot, &mut notices));
     let is_restored = restored.is_some();
     let (mut last_id, mut missing_recordings) = (0, Vec::new());
     let (setup, view) = match restored {
@@ -168,7 +182,7 @@ fn first_services(options: &WindowOptions, preset: Option<Preset>, files: Files)
     services.last_overlay_id = last_id.max(shown);
     services.missing_recordings = missing_recordings;
     services.requested_files = requested_files;
-    services
+    (services, slot)
 }
 
 fn first_setup(preset: Option<Preset>, has_no_input: bool) -> Setup {

@@ -1,12 +1,10 @@
 //! Turns the chosen drive into the waveform that the simulator takes: the choice itself,
 //! or the measured voltage of a recording.
 
-use std::sync::Arc;
-
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::overlay::{Overlay, OverlayId};
-use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::drive::Waveform;
 
 /// The last recorded drive. Its table is built once, not in every frame.
 #[derive(Debug, Default)]
@@ -57,15 +55,10 @@ impl RecordedDriveCache {
 /// # Errors
 /// Why it cannot be used.
 pub fn recorded_drive(overlay: &Overlay, shift: f64) -> Result<Waveform, String> {
-    let name = overlay.recording.name.clone();
-    match overlay.recording.drive_table() {
+    let name = &overlay.recording.name;
+    match overlay.recording.drive(overlay.reading()) {
         None => Err(format!("{name} has no voltage; choose another drive")),
-        Some((time, voltage)) => VoltageTable::from_recording(
-            name,
-            time.into_iter().map(|t| t + shift).collect(),
-            voltage,
-        )
-        .map(|table| Waveform::Table(Arc::new(table)))
-        .map_err(|error| error.to_string()),
+        Some(Ok(drive)) => Ok(drive.waveform(name, shift)),
+        Some(Err(error)) => Err(error.to_string()),
     }
 }

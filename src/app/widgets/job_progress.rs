@@ -5,8 +5,8 @@ use eframe::egui::{Button, ProgressBar, Ui};
 use super::text::small;
 use crate::app::analysis::job::Job;
 
-/// Width of a progress bar \[points\].
-const BAR_WIDTH: f32 = 330.0;
+/// Greatest width of a progress bar \[points\]. In a narrow panel it takes the room there is.
+const MAX_BAR_WIDTH: f32 = 330.0;
 
 /// Help of a button that cancels work with a usable result so far.
 pub const STOP_HELP: &str = "Stop and keep the best result so far";
@@ -28,6 +28,6 @@ pub fn progress_bar(ui: &mut Ui, share: f32, text: impl Into<String>) {
     let color = ui.visuals().strong_text_color();
     let bar = ProgressBar::new(share.clamp(0.0, 1.0))
         .text(small(text).color(color))
-        .desired_width(BAR_WIDTH);
+        .desired_width(ui.available_width().min(MAX_BAR_WIDTH));
     ui.add(bar);
 }

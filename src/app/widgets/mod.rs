@@ -9,5 +9,6 @@ pub(super) mod parameter_slider;
 pub(super) mod quantity_field;
 pub(super) mod result_buttons;
 pub(super) mod role_choice;
+pub(super) mod slider_search;
 pub(super) mod slider_track;
 pub(super) mod text;

@@ -1,7 +1,9 @@
 //! The slider of a parameter: name, track with the default marked, typed value, reset and
 //! lock.
 
-use eframe::egui::{Align, Grid, Id, Label, Layout, Rect, RichText, Sense, Ui, UiBuilder, vec2};
+use eframe::egui::{
+    Align, FontId, Grid, Id, Label, Layout, Rect, RichText, Sense, Ui, UiBuilder, vec2,
+};
 
 use super::callout;
 use super::default_value::differs;
@@ -13,6 +15,19 @@ use crate::model::unit::format_quantity;
 
 /// Space between the parts of a row \[points\].
 const PART_GAP: f32 = 4.0;
+
+/// Size of a symbol in a small row, and width that its column has at least \[points\].
+const SMALL_SYMBOL_SIZE: f32 = 14.0;
+const MIN_SYMBOL_WIDTH: f32 = 54.0;
+
+/// A part of the range for which the model was not measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extrapolation {
+    /// Greatest measured size of the value \[SI\].
+    pub above: f64,
+    /// What was measured: the beginning of a sentence.
+    pub what: &'static str,
+}
 
 /// How much room a slider takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,6 +56,8 @@ pub struct ParameterSlider<'a> {
     pub size: Size,
     /// Why the model refuses the current value.
     pub problem: Option<&'a str>,
+    /// From which value on the model is extrapolated: shaded on the track, and said below it.
+    pub extrapolation: Option<Extrapolation>,
 }
 
 /// What a person did with a [`ParameterSlider`].
@@ -85,11 +102,12 @@ impl ParameterSlider<'_> {
                     _ => 118.0,
                 };
                 row = rect;
-                let (name, rest) = rect.split_left_right_at_x(rect.left() + 54.0);
+                let name_width = self.symbol_width(ui);
+                let (name, rest) = rect.split_left_right_at_x(rect.left() + name_width);
                 let (rest, lock) = split_right(rest, ICON_SIZE + PART_GAP);
                 let (rest, reset) = split_right(rest, ICON_SIZE + PART_GAP);
                 let (track, value) = split_right(rest, field + PART_GAP);
-                self.place(ui, name, "name", |ui| self.symbol(ui, 14.0));
+                self.place(ui, name, "name", |ui| self.symbol(ui, SMALL_SYMBOL_SIZE));
                 self.place(ui, track, "track", |ui| {
                     self.track(ui, track.width(), 18.0, &mut output);
                 });
@@ -101,10 +119,28 @@ impl ParameterSlider<'_> {
         if let Some(reason) = error.as_deref().or(self.problem) {
             callout::error(ui, ("slider", self.scope, self.id), row, reason);
         }
+        if let Some(beyond) = self.extrapolation
+            && self.value.abs() > beyond.above
+        {
+            let color = ui.visuals().warn_fg_color;
+            let limit = format_quantity(beyond.above, self.spec.unit, 3);
+            let text = format!("{} up to {limit}: this is extrapolated.", beyond.what);
+            ui.label(super::text::small(text).color(color));
+        }
         if self.is_locked() {
             output.value = None;
         }
         output
+    }
+
+    /// Width of the column of the symbol in a small row: as wide as the symbol, which is the only
+    /// name there \[points\].
+    fn symbol_width(&self, ui: &Ui) -> f32 {
+        let font = FontId::proportional(SMALL_SYMBOL_SIZE);
+        let color = ui.visuals().text_color();
+        let text = self.spec.symbol.to_owned();
+        let needed = ui.painter().layout_no_wrap(text, font, color).size().x;
+        (needed + 2.0 * PART_GAP).max(MIN_SYMBOL_WIDTH)
     }
 
     /// Shows `content` in a part of the row, with its own widget id.
@@ -129,7 +165,17 @@ impl ParameterSlider<'_> {
 
     fn name(&self, ui: &mut Ui) {
         self.symbol(ui, 16.0);
-        let label = ui.add(Label::new(self.spec.name).truncate().selectable(false));
+        // A long name in a narrow panel takes two small lines, which have the height of the row.
+        let font = eframe::egui::TextStyle::Body.resolve(ui.style());
+        let color = ui.visuals().text_color();
+        let text = self.spec.name.to_owned();
+        let whole = ui.painter().layout_no_wrap(text, font, color).size().x;
+        let label = if whole <= ui.available_width() {
+            Label::new(self.spec.name).extend()
+        } else {
+            Label::new(RichText::new(self.spec.name).size(10.5)).wrap()
+        };
+        let label = ui.add(label.selectable(false));
         label.on_hover_ui(|ui| self.tooltip(ui));
     }
 
@@ -142,7 +188,7 @@ impl ParameterSlider<'_> {
         if self.problem.is_some() {
             text = text.color(super::text::error_color(ui));
         }
-        let label = ui.add(Label::new(text).truncate().selectable(false));
+        let label = ui.add(Label::new(text).extend().selectable(false));
         label.on_hover_ui(|ui| self.tooltip(ui));
     }
 
@@ -156,11 +202,15 @@ impl ParameterSlider<'_> {
             numeric: (self.value, self.spec.range.0, self.spec.range.1),
             fraction: fraction(&self.spec, self.value),
             mark: Some(fraction(&self.spec, self.original)),
+            extrapolated_from: self
+                .extrapolation
+                .map_or(1.0, |beyond| fraction(&self.spec, beyond.above)),
             enabled: !self.is_locked(),
             error: self.problem.is_some(),
             size: vec2(width, height),
         }
         .show(ui);
+        super::slider_search::arrive(ui, self.id, &shown.response);
         if self.scope.is_empty() {
             let name = format!("slider {}", self.id);
             crate::app::plots::frame::layout_note::note(ui.ctx(), &name, shown.response.rect);

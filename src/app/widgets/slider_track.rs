@@ -25,6 +25,8 @@ pub struct SliderTrack<'a> {
     pub fraction: f64,
     /// Position of the default, marked with a tick.
     pub mark: Option<f64>,
+    /// Positions from which on values are extrapolated, shaded; 1 or more shades nothing.
+    pub extrapolated_from: f64,
     /// A locked track is shown but does not move.
     pub enabled: bool,
     /// Whether it is drawn in the colour of errors.
@@ -262,6 +264,11 @@ impl SliderTrack<'_> {
             visuals.widgets.inactive.bg_fill.gamma_multiply(0.9)
         };
         painter.rect_filled(bar(left - half, left + span + half), half, groove);
+        if self.extrapolated_from < 1.0 {
+            let from = self.x_at(response, self.extrapolated_from);
+            let shade = visuals.warn_fg_color.gamma_multiply(0.55);
+            painter.rect_filled(bar(from, left + span + half), half, shade);
+        }
         let x = self.x_at(response, self.fraction);
         // The filled part shows the distance from the default.
         let from = self

@@ -123,6 +123,9 @@ fn guided(found: &Guidance) -> Outcome {
             }
         }
     }
+    if let Some(sampled) = &found.sampled {
+        text += &format!("{sampled}\n");
+    }
     if let Some(first) = &found.first {
         text += &format!(
             "{first} After that, steps marked \"no\" may become possible with the same recordings.\n{FIT_WHOLE_DEVICE}\n"
@@ -148,7 +151,13 @@ fn guided(found: &Guidance) -> Outcome {
             }),
         })
         .collect();
-    (text, json!({ "steps": steps, "first": found.first }))
+    let sampled = found
+        .sampled
+        .map(|s| json!({ "segments": s.picked, "of": s.all }));
+    (
+        text,
+        json!({ "steps": steps, "first": found.first, "sampled": sampled }),
+    )
 }
 
 fn drive(fit: &DriveFit) -> Outcome {

@@ -19,7 +19,7 @@ use crate::recording::noise::NoiseEstimate;
 use crate::recording::{Channel, Recording, quantile_in_place};
 
 /// Summary of one part.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct RecordingSummary {
     /// Noise of the proof mass and of the cantilever \[m\].
     pub noise: (f64, Option<f64>),

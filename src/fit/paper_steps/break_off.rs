@@ -13,7 +13,7 @@ use crate::fit::segment::JointKind;
 use crate::fit::segment::event_sequence::GroundEvent;
 use crate::fit::thresholds::{MIN_RING_PERIODS, MIN_RING_SAMPLES, MIN_STAY_TIME};
 use crate::model::Model;
-use crate::recording::extremes;
+use crate::recording::{Recording, extremes};
 
 /// Samples on the ground before the break-off: they determine the zero of the reading.
 const LEAD_SAMPLES: usize = 12;
@@ -152,20 +152,36 @@ pub(crate) fn ring_problem(
         ..options.clone()
     };
     let mut prepared = prepare(model, space, &windows, &own, &whole)?;
+    // One copy of each recording, however many of its rings are thinned: they do not overlap.
+    let mut thinned: Vec<(Arc<Recording>, Recording)> = Vec::new();
     for (data, window) in prepared.problem.data.iter_mut().zip(&windows) {
         data.sigmas.velocity *= GROUND_LAW_RELAXATION;
         data.sigmas.force *= GROUND_LAW_RELAXATION;
         let dense = window.samples.start + 2 * LEAD_SAMPLES;
         let step = window.samples.len().div_ceil(MAX_SAMPLES_PER_RING);
         if step > 1 {
-            let mut thin = (*data.recording).clone();
+            let known = thinned
+                .iter()
+                .position(|(of, _)| Arc::ptr_eq(of, &data.recording));
+            let known = known.unwrap_or_else(|| {
+                thinned.push((Arc::clone(&data.recording), (*data.recording).clone()));
+                thinned.len() - 1
+            });
+            let thin = &mut thinned[known].1;
             for i in (dense..window.samples.end).filter(|i| !(i - dense).is_multiple_of(step)) {
                 thin.proof_mass[i] = f64::NAN;
                 if let Some(xc) = &mut thin.cantilever {
                     xc[i] = f64::NAN;
                 }
             }
-            data.recording = Arc::new(thin);
+        }
+    }
+    for (of, thin) in thinned {
+        let thin = Arc::new(thin);
+        for data in &mut prepared.problem.data {
+            if Arc::ptr_eq(&data.recording, &of) {
+                data.recording = Arc::clone(&thin);
+            }
         }
     }
     let leaving = RELEASE_REACH_PERIODS * period(model);
@@ -192,7 +208,6 @@ mod tests {
     use super::super::tests::{made, recording};
     use crate::fit::inspect::recording_summary::summarize;
     use crate::model::preset::Preset;
-    use crate::recording::Recording;
 
     fn found(recordings: &[Arc<Recording>]) -> Vec<BreakOff> {
         let model = Preset::default().model;
@@ -218,6 +233,32 @@ mod tests {
             assert!(ring[..4].iter().all(|x| (x + 58e-6).abs() < 0.2e-6));
             let lowest = ring.iter().copied().fold(0.0, f64::min);
             assert!(lowest > -58.2e-6, "{lowest}");
+        }
+    }
+
+    #[test]
+    fn rings_of_a_fast_recording_share_one_thinned_copy() {
+        let fast = made("square:15Hz:8V", 0.2, 400e3, 0.0, &[]);
+        let model = Preset::default().model;
+        let parts = [Part::whole(Arc::clone(&fast))];
+        let summaries = summarize(&model, &parts);
+        let found = break_offs(&model, &parts, &summaries);
+        assert!(found.len() > 1);
+        let options = FitOptions::for_model(&model);
+        let space = Space::new(&model, &["Cs".to_owned(), "gp".to_owned()]).unwrap();
+        let prepared = ring_problem(&model, &space, &found, &summaries, &options).unwrap();
+        let data = &prepared.problem.data;
+        assert!(
+            data.iter()
+                .all(|d| Arc::ptr_eq(&d.recording, &data[0].recording))
+        );
+        for ring in &found {
+            let samples = ring.window.samples.clone();
+            let kept = data[0].recording.proof_mass[samples.clone()].iter();
+            let kept = kept.filter(|x| x.is_finite()).count();
+            assert!(samples.len() > 2 * MAX_SAMPLES_PER_RING);
+            assert!(kept <= MAX_SAMPLES_PER_RING + 2 * LEAD_SAMPLES, "{kept}");
+            assert!(kept > MAX_SAMPLES_PER_RING / 2, "{kept}");
         }
     }
 

@@ -20,13 +20,14 @@ use crate::fit::thresholds::{
     BRANCH_HUBER_THRESHOLD, MAX_BLOCK_VOLTAGE_SHARE, MIN_BRANCH_COVERAGE, RING_DECAY_TIMES,
 };
 use crate::model::Model;
-use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::drive::DriveReading;
 use crate::model::parameter::ParameterId;
 use crate::model::piezo::{Branch, Piezo};
 use crate::model::structure::Structure;
 use crate::model::unit::counted;
 use crate::recording::Recording;
 use crate::recording::features::{FeatureOptions, recording_features};
+use crate::recording::measured_drive::MeasuredDrive;
 
 /// Orders of the polynomials, eq (9).
 const BRANCH_POLYNOMIAL_ORDERS: [usize; 2] = [3, 2];
@@ -101,7 +102,7 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
     let mut points = Vec::new();
     let (mut low, mut high) = (f64::NAN, f64::NAN);
     for recording in recordings {
-        let Some(table) = recording.drive_table() else {
+        let Some(drive) = recording.drive(DriveReading::Recognised) else {
             return Err(StepError::Channel {
                 recording: recording.name.clone(),
                 channel: "V",
@@ -110,7 +111,8 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
         };
         let part = [Part::whole(Arc::clone(recording))];
         check_readable(model, &part, &summarize(model, &part), &options)?;
-        points.extend(blocks(model, recording, table, per_gain)?);
+        let drive = drive.map_err(|error| unsuited(recording, error.to_string()))?;
+        points.extend(blocks(model, recording, &drive, per_gain)?);
         low = low.min(extreme(&recording.voltage, f64::min));
         high = high.max(extreme(&recording.voltage, f64::max));
     }
@@ -205,23 +207,23 @@ fn extreme(values: &Option<Vec<f64>>, pick: fn(f64, f64) -> f64) -> f64 {
     finite.fold(f64::NAN, pick)
 }
 
-/// The blocks that are slow, free and on one branch, under the voltage of the table of
-/// times and volts.
-fn blocks(
-    model: &Model,
-    recording: &Recording,
-    (times, volts): (Vec<f64>, Vec<f64>),
-    per_gain: f64,
-) -> Result<Vec<DrivePoint>, StepError> {
-    let span = extreme(&recording.voltage, f64::max) - extreme(&recording.voltage, f64::min);
-    let unsuited = |reason: String| StepError::Unsuited {
+fn unsuited(recording: &Recording, reason: String) -> StepError {
+    StepError::Unsuited {
         recording: recording.name.clone(),
         reason,
         remedy: SLOW_CYCLE_REMEDY,
-    };
-    let table = VoltageTable::from_recording(recording.name.clone(), times, volts)
-        .map_err(|error| unsuited(error.to_string()))?;
-    let drive = Waveform::Table(std::sync::Arc::new(table));
+    }
+}
+
+/// The blocks that are slow, free and on one branch, under the drive.
+fn blocks(
+    model: &Model,
+    recording: &Recording,
+    drive: &MeasuredDrive,
+    per_gain: f64,
+) -> Result<Vec<DrivePoint>, StepError> {
+    let span = extreme(&recording.voltage, f64::max) - extreme(&recording.voltage, f64::min);
+    let piece_at = |t: f64| drive.pieces.partition_point(|p| p.end <= t);
     let structure = model.structure();
     let slowest = structure
         .modes
@@ -229,7 +231,7 @@ fn blocks(
         .filter(|mode| mode.frequency > 0.0)
         .min_by(|a, b| a.frequency.total_cmp(&b.frequency))
         .copied()
-        .ok_or_else(|| unsuited("the device has no vibration mode".to_owned()))?;
+        .ok_or_else(|| unsuited(recording, "the device has no vibration mode".to_owned()))?;
     let length = 1.0 / slowest.frequency;
     let lag = static_lag(&structure);
     let settle = RING_DECAY_TIMES / (0.5 * slowest.damping()).max(1e-3 * slowest.omega());
@@ -254,10 +256,12 @@ fn blocks(
             quiet_since = quiet_since.max(touch.end);
             continue;
         }
-        let (first, last) = (drive.index_at(start), drive.index_at(end));
-        let branch = drive.segment(first).branch;
+        let (first, last) = (piece_at(start), piece_at(end));
+        let branch = drive.pieces[first].branch;
         let voltage_moves = drive_range(recording, here.clone());
-        let turned = (first..=last).any(|i| drive.segment(i).branch != branch);
+        let turned = drive.pieces[first..=last]
+            .iter()
+            .any(|p| p.branch != branch);
         if turned || voltage_moves.is_nan() || voltage_moves > MAX_BLOCK_VOLTAGE_SHARE * span {
             quiet_since = end;
             continue;

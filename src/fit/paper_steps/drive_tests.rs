@@ -1,6 +1,7 @@
 //! Tests of the step "drive".
 
 use crate::fit::paper_steps::drive::*;
+use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::sim::{Options, simulate};
 

@@ -8,7 +8,8 @@ use super::drive::fit_drive;
 use super::film::rings::rings_of;
 use super::restitution::restitution;
 use super::{StepError, model_distance_warning};
-use crate::fit::contact_readings::{ContactReadings, read_contacts};
+use crate::fit::contact_readings::{ContactReadings, sample_contacts};
+use crate::fit::contact_sample::Sampled;
 use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::solve::levenberg_marquardt::Control;
@@ -113,12 +114,14 @@ pub struct Guidance {
     /// happens at the ground to be read.
     pub first: Option<String>,
     /// Bounces and releases as the steps read them, so that these need not again; `None`
-    /// where they cannot be read.
+    /// where they cannot be read, or were not all read.
     pub readings: Option<ContactReadings>,
+    /// In how many segments of long recordings they were read; `None` if in all.
+    pub sampled: Option<Sampled>,
 }
 
 /// Checks what each step needs: bounces and releases are read with `model` unchanged, rings are
-/// searched for, and the drive is fitted. Only the fits of the film and of the sensitivity
+/// searched for, and the drive is fitted. Of very many segments an even pick is read. Only the fits of the film and of the sensitivity
 /// remain to be done after that.
 pub fn guide(
     model: &Model,
@@ -132,8 +135,18 @@ pub fn guide(
         all.map(|i| recordings[i].name.clone()).collect()
     };
     let everything = || named((0..recordings.len()).collect());
-    let drive = fit_drive(model, recordings).map(|_| everything());
-    let read = read(model, &parts, options, control);
+    // Each looks at all samples; together they take as long as the longest.
+    let (drive, (read, film)) = rayon::join(
+        || fit_drive(model, recordings).map(|_| everything()),
+        || {
+            rayon::join(
+                || read(model, &parts, options, control),
+                || rings_of(model, &parts, options).map(|rings| rings.recordings()),
+            )
+        },
+    );
+    let sampled = read.as_ref().ok().and_then(|(_, sampled)| *sampled);
+    let read = read.map(|(readings, _)| readings);
     let restitution = read.as_ref().map_err(Clone::clone).and_then(|readings| {
         let found = restitution("", readings)?;
         Ok(named(found.bounces.iter().map(|b| b.recording).collect()))
@@ -146,19 +159,7 @@ pub fn guide(
         .as_ref()
         .map(|readings| readings.off)
         .unwrap_or_default();
-    let far_from_data = (off.eventless > MAX_DEVICE_NOISE_RATIO).then(|| {
-        let off = off.eventless;
-        let how = if off.is_finite() {
-            format!("is off from these recordings by {off:.0} times the noise,")
-        } else {
-            "cannot follow these recordings,".to_owned()
-        };
-        format!(
-            "The device {how} even where the mass hardly touches the ground. Fit the whole device first."
-        )
-    });
-    let first = far_from_data.or_else(|| model_distance_warning(off.read));
-    let film = rings_of(model, &parts, options).map(|rings| rings.recordings());
+    let first = far_from_data(off.eventless).or_else(|| model_distance_warning(off.read));
     let missing: Vec<&str> = [
         (Step::Restitution, restitution.is_err()),
         (Step::Adhesion, adhesion.is_err()),
@@ -206,8 +207,24 @@ pub fn guide(
             },
         ],
         first,
-        readings: read.ok(),
+        readings: read.ok().filter(|_| sampled.is_none()),
+        sampled,
     }
+}
+
+/// What to do first if the model is `off` by too many times the noise where the mass hardly
+/// touches the ground.
+fn far_from_data(off: f64) -> Option<String> {
+    (off > MAX_DEVICE_NOISE_RATIO).then(|| {
+        let how = if off.is_finite() {
+            format!("is off from these recordings by {off:.0} times the noise,")
+        } else {
+            "cannot follow these recordings,".to_owned()
+        };
+        format!(
+            "The device {how} even where the mass hardly touches the ground. Fit the whole device first."
+        )
+    })
 }
 
 /// Bounces and releases, if there is a ground to meet.
@@ -216,7 +233,7 @@ fn read(
     parts: &[Part],
     options: &FitOptions,
     control: &Control<'_>,
-) -> Result<ContactReadings, StepError> {
+) -> Result<(ContactReadings, Option<Sampled>), StepError> {
     if !model.has_ground {
         return Err(StepError::Device {
             device: model.name.clone(),
@@ -227,7 +244,7 @@ fn read(
     if parts.is_empty() {
         return Err(FitError::NoRecording.into());
     }
-    Ok(read_contacts(model, parts, options, control)?)
+    Ok(sample_contacts(model, parts, options, control)?)
 }
 
 #[cfg(test)]
@@ -272,6 +289,25 @@ mod tests {
         assert_eq!(allowed(&all), ids);
         for allowance in look(&[]).allowances {
             assert!(allowance.by.is_err(), "{allowance:?}");
+        }
+    }
+
+    #[test]
+    fn of_a_long_recording_an_even_pick_is_read_and_said() {
+        let long = look(&[made("square:15Hz:8V", 6.0, 50e3, 20e-9, &[])]);
+        let sampled = long.sampled.expect("a pick");
+        assert!(sampled.all > 1000 && sampled.picked <= 150, "{sampled:?}");
+        assert!(sampled.to_string().contains("Each step reads all"));
+        // The steps do not take the pick for all there is.
+        assert!(long.readings.is_none());
+        let short = look(&[made("square:15Hz:8V", 0.6, 50e3, 20e-9, &[])]);
+        assert_eq!(short.sampled, None);
+        assert!(short.readings.is_some());
+        let film_and_bounces = [Step::Restitution, Step::Film];
+        for (a, b) in long.allowances.iter().zip(&short.allowances) {
+            if film_and_bounces.contains(&a.step) {
+                assert!(a.by.is_ok() && b.by.is_ok(), "{a:?} {b:?}");
+            }
         }
     }
 

@@ -11,6 +11,7 @@ use crate::fit::residual::coloured_noise::Colour;
 use crate::fit::residual::residual_rows::Sigmas;
 use crate::fit::segment::Segment;
 use crate::fit::segment::cut::{Cut, cut};
+use crate::fit::segment::event_sequence::Timeline;
 use crate::fit::segment::voltage_track::Track;
 use crate::fit::thresholds::GROUND_LAW_NOISE_SHARE;
 use crate::model::Model;
@@ -52,27 +53,32 @@ pub fn prepare(
         options: simulation,
     };
     let mut segments = Vec::new();
+    // Drive and events are those of the whole recording: parts of one after the other share
+    // them.
+    let mut whole: Option<Whole<'_>> = None;
     for (index, (part, summary)) in parts.iter().zip(summaries).enumerate() {
-        let mut recording = Arc::clone(&part.recording);
-        if summary.noise.1.is_none() && recording.cantilever.is_some() {
-            // The device has no such point.
-            let mut without = (*recording).clone();
-            without.cantilever = None;
-            recording = Arc::new(without);
-        }
-        let track = Track::new(model, &recording, options.nuisances.reading_lag)?;
         let lone = summary.noise.1.is_none();
         let sigmas = sigmas(model, &simulator, summary);
-        let timeline = summary.timeline(&recording, sigmas.xp);
+        let known = whole.take().filter(|whole| whole.is_of(part, summary));
+        let known = match known {
+            Some(known) => known,
+            None => Whole::new(model, part, summary, options, sigmas.xp)?,
+        };
+        let Whole {
+            recording,
+            track,
+            timeline,
+            ..
+        } = &known;
         let longest = options
             .longest
             .unwrap_or_else(|| default_length(&simulator, lone));
         let own = cut(
             &Cut {
                 index,
-                recording: &recording,
-                track: &track,
-                timeline: &timeline,
+                recording,
+                track,
+                timeline,
                 simulator: &simulator,
                 longest,
                 lone,
@@ -91,16 +97,17 @@ pub fn prepare(
             model,
             options,
             index,
-            &recording,
+            recording,
             &sigmas,
             &mut problem.nuisances,
         );
         problem.data.push(Data {
-            recording,
-            track,
+            recording: Arc::clone(recording),
+            track: track.clone(),
             sigmas,
             epoch: 0.0,
         });
+        whole = Some(known);
     }
     let nuisances = vec![0.0; problem.nuisances.len()];
     Ok(Prepared {
@@ -108,6 +115,51 @@ pub fn prepare(
         segments,
         nuisances,
     })
+}
+
+/// What a part needs of its whole recording.
+struct Whole<'a> {
+    /// The recording as it was given.
+    of: &'a Arc<Recording>,
+    summary: &'a RecordingSummary,
+    /// The recording without points that the device does not have.
+    recording: Arc<Recording>,
+    track: Track,
+    timeline: Timeline,
+}
+
+impl<'a> Whole<'a> {
+    /// Drive and events of the recording of `part`, whose proof mass has the noise `noise`
+    /// \[m\].
+    fn new(
+        model: &Model,
+        part: &'a Part,
+        summary: &'a RecordingSummary,
+        options: &FitOptions,
+        noise: f64,
+    ) -> Result<Self, FitError> {
+        let mut recording = Arc::clone(&part.recording);
+        if summary.noise.1.is_none() && recording.cantilever.is_some() {
+            // The device has no such point.
+            let mut without = (*recording).clone();
+            without.cantilever = None;
+            recording = Arc::new(without);
+        }
+        let track = Track::new(model, &recording, options.nuisances.reading_lag)?;
+        let timeline = summary.timeline(&recording, noise);
+        Ok(Self {
+            of: &part.recording,
+            summary,
+            recording,
+            track,
+            timeline,
+        })
+    }
+
+    /// Whether it is that of `part`, summarized so.
+    fn is_of(&self, part: &Part, summary: &RecordingSummary) -> bool {
+        Arc::ptr_eq(self.of, &part.recording) && self.summary == summary
+    }
 }
 
 /// Default length of segments \[s\]: some periods of the slowest mode if both points were recorded,

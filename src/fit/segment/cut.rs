@@ -54,6 +54,7 @@ pub fn cut(c: &Cut<'_>, samples: Range<usize>) -> Vec<Segment> {
         .iter()
         .fold(f64::INFINITY, |a, &b| a.min(0.5 * b));
     let quiet = SETTLED_TIME_CONSTANTS / damping.max(1.0);
+    let reach = c.track.edges.iter().fold(0.0, |a: f64, e| a.max(e.reach));
     for end in ends {
         while from + MIN_SEGMENT_SAMPLES <= end {
             let limit = time[from] + c.longest;
@@ -61,7 +62,7 @@ pub fn cut(c: &Cut<'_>, samples: Range<usize>) -> Vec<Segment> {
                 .partition_point(|&t| t < limit)
                 .max(from + MIN_SEGMENT_SAMPLES);
             // On to a place without an event nearby.
-            while to < end && !may_cut(c, marks, to, quiet) {
+            while to < end && !may_cut(c, marks, to, (quiet, reach)) {
                 to += 1;
             }
             if end < to + MIN_SEGMENT_SAMPLES {
@@ -75,8 +76,9 @@ pub fn cut(c: &Cut<'_>, samples: Range<usize>) -> Vec<Segment> {
     segments
 }
 
-/// Whether a segment may end before sample `at`.
-fn may_cut(c: &Cut<'_>, marks: &[Mark], at: usize, quiet: f64) -> bool {
+/// Whether a segment may end before sample `at`. What is held comes to rest within `quiet`
+/// \[s\]; no edge is farther from its guess than `reach` \[s\].
+fn may_cut(c: &Cut<'_>, marks: &[Mark], at: usize, (quiet, reach): (f64, f64)) -> bool {
     let time = &c.recording.time;
     let guard = EVENT_GUARD_SAMPLES as f64 * c.recording.interval();
     let t = time[at];
@@ -85,8 +87,12 @@ fn may_cut(c: &Cut<'_>, marks: &[Mark], at: usize, quiet: f64) -> bool {
     if marks[..next].last().is_some_and(close) || marks.get(next).is_some_and(close) {
         return false;
     }
+    // Edges are in order of time, so that only those about here are looked at.
+    let edges = &c.track.edges;
     let near_edge = |e: &Edge| (e.time - t).abs() < e.reach + guard;
-    if c.track.edges.iter().any(near_edge) {
+    let about = edges.partition_point(|e| e.time <= t - reach - guard);
+    let until = edges.partition_point(|e| e.time < t + reach + guard);
+    if edges[about..until.max(about)].iter().any(near_edge) {
         return false;
     }
     if !c.lone {
@@ -97,7 +103,13 @@ fn may_cut(c: &Cut<'_>, marks: &[Mark], at: usize, quiet: f64) -> bool {
     let at_rest = |since: f64| t - since > quiet;
     !held
         || (marks[..next].last().is_some_and(|m| at_rest(m.time))
-            && c.track.edges.iter().all(|e| e.time > t || at_rest(e.time)))
+            && last_edge(c.track, t).is_none_or(at_rest))
+}
+
+/// Time of the last edge up to `t` \[s\].
+fn last_edge(track: &Track, t: f64) -> Option<f64> {
+    let before = track.edges.partition_point(|e| e.time <= t);
+    before.checked_sub(1).map(|i| track.edges[i].time)
 }
 
 /// Whether the mass is on the ground after the first `passed` marks.
@@ -145,8 +157,10 @@ fn segment(c: &Cut<'_>, samples: Range<usize>, quiet: f64) -> Option<Segment> {
             }
         })
         .collect();
-    for edge in &c.track.edges {
-        if edge.piece > begin_piece && edge.piece < end_piece && edge.time > start - margin {
+    let from_edge = c.track.edges.partition_point(|e| e.piece <= begin_piece);
+    let to_edge = c.track.edges.partition_point(|e| e.piece < end_piece);
+    for edge in &c.track.edges[from_edge..to_edge.max(from_edge)] {
+        if edge.time > start - margin {
             joints.push(Joint {
                 time: edge.time,
                 reach: edge.reach,
@@ -157,13 +171,7 @@ fn segment(c: &Cut<'_>, samples: Range<usize>, quiet: f64) -> Option<Segment> {
     }
     joints.sort_by(|a, b| a.time.total_cmp(&b.time));
     let lasts = |t: Option<f64>| t.is_none_or(|t| start - t > quiet);
-    let last_edge = c
-        .track
-        .edges
-        .iter()
-        .rev()
-        .find(|e| e.time <= start)
-        .map(|e| e.time);
+    let last_edge = last_edge(c.track, start);
     let mut segment = Segment {
         recording: c.index,
         samples,

@@ -56,10 +56,8 @@ impl EventTrial<'_> {
                 pieces[piece].start = at;
             }
         }
-        let margin = 10.0 * segment.interval;
-        let table =
-            VoltageTable::from_pieces(&pieces, start - margin, end + margin, segment.interval);
-        let drive = Waveform::Table(Arc::new(table.ok()?));
+        let table = VoltageTable::of_pieces("segment", pieces, String::new());
+        let drive = Waveform::Table(Arc::new(table));
         let n = own.len() / 2;
         let value = |i: usize| own[i] * segment.units[i];
         let from = StretchState {

@@ -17,7 +17,7 @@ use thiserror::Error;
 use super::piezo::Branch;
 use super::unit::{UnitError, format_quantity};
 
-pub use self::table::VoltageTable;
+pub use self::table::{DriveReading, MeasuredVoltage, VoltageTable};
 
 /// A drive that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -71,7 +71,7 @@ pub enum Waveform {
         amplitude: f64,
         duration: f64,
     },
-    /// Straight lines through samples: a file, an editor, or a recording's own voltage.
+    /// Points joined by straight lines, or what a measured voltage was found to be.
     Table(Arc<VoltageTable>),
 }
 
@@ -98,11 +98,13 @@ pub enum Shape {
     Line { voltage: f64, slope: f64, at: f64 },
     /// `amplitude sin(omega (t - at))`.
     Sine { amplitude: f64, omega: f64, at: f64 },
-    /// `amplitude sin(2 pi (from t + rate t^2 / 2))`.
+    /// `offset + amplitude sin(2 pi (phase + from t + rate t^2 / 2))`.
     Chirp {
         amplitude: f64,
+        phase: f64,
         from: f64,
         rate: f64,
+        offset: f64,
     },
     /// `c0 + c1 u + c2 u^2 + c3 u^3`, `u = (t - at) / unit`.
     Cubic { c: [f64; 4], at: f64, unit: f64 },
@@ -122,9 +124,11 @@ impl Shape {
             } => amplitude * (omega * (t - at)).sin(),
             Shape::Chirp {
                 amplitude,
+                phase,
                 from,
                 rate,
-            } => amplitude * (TAU * t * (from + 0.5 * rate * t)).sin(),
+                offset,
+            } => offset + amplitude * (TAU * (phase + t * (from + 0.5 * rate * t))).sin(),
             Shape::Cubic { c, at, unit } => {
                 let u = (t - at) / unit;
                 c[0] + u * (c[1] + u * (c[2] + u * c[3]))
@@ -144,9 +148,14 @@ impl Shape {
             } => amplitude * omega * (omega * (t - at)).cos(),
             Shape::Chirp {
                 amplitude,
+                phase,
                 from,
                 rate,
-            } => amplitude * TAU * (from + rate * t) * (TAU * t * (from + 0.5 * rate * t)).cos(),
+                ..
+            } => {
+                let turns = phase + t * (from + 0.5 * rate * t);
+                amplitude * TAU * (from + rate * t) * (TAU * turns).cos()
+            }
             Shape::Cubic { c, at, unit } => {
                 let u = (t - at) / unit;
                 (c[1] + u * (2.0 * c[2] + u * 3.0 * c[3])) / unit
@@ -166,11 +175,64 @@ impl Shape {
                 amplitude,
                 from: f,
                 rate,
+                ..
             } => amplitude.abs() * TAU * (f + rate * from).abs().max((f + rate * to).abs()),
             Shape::Cubic { c, at, unit } => {
                 let u = ((from - at) / unit).abs().max(((to - at) / unit).abs());
                 (c[1].abs() + u * (2.0 * c[2].abs() + u * 3.0 * c[3].abs())) / unit.abs()
             }
+        }
+    }
+}
+
+impl Segment {
+    /// The same `by` \[s\] later.
+    #[must_use]
+    pub fn shifted(&self, by: f64) -> Self {
+        if by == 0.0 {
+            return *self;
+        }
+        let shape = match self.shape {
+            Shape::Constant { .. } => self.shape,
+            Shape::Line { voltage, slope, at } => Shape::Line {
+                voltage,
+                slope,
+                at: at + by,
+            },
+            Shape::Sine {
+                amplitude,
+                omega,
+                at,
+            } => Shape::Sine {
+                amplitude,
+                omega,
+                at: at + by,
+            },
+            // In the shifted time t, the old one is t - by.
+            Shape::Chirp {
+                amplitude,
+                phase,
+                from,
+                rate,
+                offset,
+            } => Shape::Chirp {
+                amplitude,
+                phase: phase - by * (from - 0.5 * rate * by),
+                from: from - rate * by,
+                rate,
+                offset,
+            },
+            Shape::Cubic { c, at, unit } => Shape::Cubic {
+                c,
+                at: at + by,
+                unit,
+            },
+        };
+        Self {
+            start: self.start + by,
+            end: self.end + by,
+            shape,
+            branch: self.branch,
         }
     }
 }
@@ -188,6 +250,7 @@ impl Waveform {
             | Waveform::Square { frequency, .. }
             | Waveform::Triangle { frequency, .. }
             | Waveform::Ramped { frequency, .. } => Some(1.0 / frequency),
+            Waveform::Table(table) => table.period(),
             _ => None,
         }
     }

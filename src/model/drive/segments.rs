@@ -5,6 +5,12 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use super::{Segment, Shape, Waveform};
 use crate::model::piezo::Branch;
 
+/// Last index: above, neighbouring numbers of segments are the same `f64`.
+const MAX_INDEX: f64 = 4e15;
+
+/// Segments by which a guessed index may be wrong.
+const MAX_INDEX_CORRECTIONS: usize = 16;
+
 pub(super) fn direction(positive: bool) -> Branch {
     if positive {
         Branch::Rising
@@ -104,14 +110,17 @@ impl Waveform {
                 let cycles = t * (from + 0.5 * (to - from) / duration * t);
                 2.0 * cycles - 1.0
             }
-            Waveform::Table(table) => {
-                return table.samples().0.partition_point(|&start| start <= t);
-            }
+            Waveform::Table(table) => return table.index_at(t),
         };
-        let mut index = guess.max(0.0) as usize;
+        let mut index = guess.clamp(0.0, MAX_INDEX) as usize;
         index = index.saturating_sub(1);
-        while self.segment(index).end <= t {
-            index += 1;
+        // The guess is off by rounding only. At times so late that segments are shorter than
+        // rounding, no index is better than another.
+        for _ in 0..MAX_INDEX_CORRECTIONS {
+            if self.segment(index).end > t {
+                break;
+            }
+            index = index.saturating_add(1);
         }
         index
     }
@@ -193,8 +202,10 @@ fn chirp_segment(index: usize, from: f64, to: f64, amplitude: f64, duration: f64
         end: if index < turns { turn(index) } else { duration },
         shape: Shape::Chirp {
             amplitude,
+            phase: 0.0,
             from,
             rate,
+            offset: 0.0,
         },
         branch: direction(index.is_multiple_of(2) == (amplitude >= 0.0)),
     }

@@ -84,16 +84,52 @@ fn values_of_the_waveforms() {
 }
 
 #[test]
-fn table_holds_its_branch_on_plateaus_and_against_noise() {
+fn table_holds_its_branch_on_plateaus() {
     let time: Vec<f64> = (0..9).map(f64::from).collect();
     let voltage = vec![0.0, 4.0, 8.0, 8.0, 8.0, 4.0, 0.0, 0.0, 1.0];
-    let table = VoltageTable::new("test", time.clone(), voltage, 0.0).unwrap();
+    let table = VoltageTable::new("test", time, voltage).unwrap();
     use crate::model::piezo::Branch::{Falling as F, Rising as R};
-    assert_eq!(table.branch, vec![R, R, R, R, F, F, F, R, R]);
+    let waveform = Waveform::Table(Arc::new(table));
+    let branches: Vec<_> = (0..=9).map(|i| waveform.segment(i).branch).collect();
+    assert_eq!(branches, [R, R, R, R, R, F, F, F, R, R]);
+}
 
-    let noisy = vec![-8.0, 7.99, 8.01, 7.98, 8.0, -8.01, -7.99, -8.0, 8.0];
-    let table = VoltageTable::new("test", time, noisy, 0.1).unwrap();
-    assert_eq!(table.branch, vec![R, R, R, R, F, F, F, R, R]);
+#[test]
+fn a_table_that_repeats_comes_again() {
+    let points =
+        || VoltageTable::new("test", vec![0.5, 1.0, 2.0, 2.5], vec![1.0, 4.0, -2.0, -2.0]).unwrap();
+    assert!(points().repeating(1.9).is_err());
+    assert!(points().repeating(f64::NAN).is_err());
+    for period in [2.0, 2.6] {
+        let once = Waveform::Table(Arc::new(points()));
+        let waveform = Waveform::Table(Arc::new(points().repeating(period).unwrap()));
+        assert_eq!(waveform.period(), Some(period));
+        for k in 0..40 {
+            let t = 0.5 + (0.01 + 0.0497 * f64::from(k)).min(1.99);
+            for turn in [0.0, 1.0, 17.0, 1e6] {
+                let off = waveform.voltage(t + turn * period) - once.voltage(t);
+                assert!(off.abs() < 1e-8, "{period} {t} {turn}: {off}");
+                let branch = |w: &Waveform, t: f64| w.segment(w.index_at(t)).branch;
+                assert_eq!(branch(&waveform, t + turn * period), branch(&once, t));
+            }
+        }
+        for i in 0..30 {
+            let (a, b) = (waveform.segment(i), waveform.segment(i + 1));
+            assert_eq!(a.end, b.start);
+        }
+    }
+    // Between the last point and the first one's next time a line leads back.
+    let waveform = Waveform::Table(Arc::new(points().repeating(2.6).unwrap()));
+    assert!((waveform.voltage(2.8) + 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn the_latest_instants_are_reached_at_once() {
+    for waveform in all() {
+        for t in [1e15, 1e300, f64::MAX] {
+            assert!(waveform.index_at(t) > 0, "{waveform}");
+        }
+    }
 }
 
 #[test]
@@ -113,7 +149,7 @@ fn bad_drives_are_refused_with_a_reason() {
         let error = Waveform::parse(text, 1.0).unwrap_err();
         assert!(error.to_string().len() > 10, "{text}");
     }
-    assert!(VoltageTable::new("x", vec![0.0, 0.0], vec![1.0, 2.0], 0.0).is_err());
-    assert!(VoltageTable::new("x", vec![0.0, f64::NAN], vec![1.0, 2.0], 0.0).is_err());
-    assert!(VoltageTable::new("x", vec![], vec![], 0.0).is_err());
+    assert!(VoltageTable::new("x", vec![0.0, 0.0], vec![1.0, 2.0]).is_err());
+    assert!(VoltageTable::new("x", vec![0.0, f64::NAN], vec![1.0, 2.0]).is_err());
+    assert!(VoltageTable::new("x", vec![], vec![]).is_err());
 }

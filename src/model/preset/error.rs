@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use super::toml_fault::{short_key, short_reason};
+
 /// A preset that cannot be used: file, line, key and reason.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PresetError {
@@ -70,8 +72,8 @@ impl Source<'_> {
         PresetError::Invalid {
             file: self.file.to_owned(),
             line: self.line(section, nth, key),
-            key: key.to_owned(),
-            reason,
+            key: short_key(key),
+            reason: short_reason(&reason),
         }
     }
 }

@@ -6,6 +6,7 @@ mod keys;
 mod read;
 #[cfg(test)]
 mod tests;
+pub mod toml_fault;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,6 +16,7 @@ pub use self::error::PresetError;
 use self::error::Source;
 use self::file::{Device, FORMAT, File, ModeEntry, Start};
 use self::read::{read_effects, read_modes, read_parameters, read_ranges};
+use self::toml_fault::{TomlFault, short_key};
 use super::Model;
 use super::drive::Waveform;
 use super::parameter::ParameterId;
@@ -99,9 +101,8 @@ impl Preset {
     pub fn parse(file: &str, text: &str) -> Result<Self, PresetError> {
         let source = Source { file, text };
         let read: File = toml::from_str(text).map_err(|error| {
-            let start = error.span().map_or(0, |span| span.start);
-            let before = &text.as_bytes()[..start.min(text.len())];
-            let line = before.iter().filter(|&&b| b == b'\n').count() + 1;
+            let fault = TomlFault::new(text, &error);
+            let line = fault.line;
             let key = text
                 .lines()
                 .nth(line - 1)
@@ -122,8 +123,8 @@ impl Preset {
             PresetError::Invalid {
                 file: file.to_owned(),
                 line,
-                key,
-                reason: error.message().to_owned(),
+                key: short_key(&key),
+                reason: fault.reason,
             }
         })?;
         if read.format != FORMAT {

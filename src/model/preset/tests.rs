@@ -20,6 +20,32 @@ fn embedded_presets_are_sound_and_come_back_from_text() {
 }
 
 #[test]
+fn a_fault_in_a_line_of_half_a_megabyte_is_said_in_a_short_line() {
+    let long = "x".repeat(467_000);
+    let text = EMBEDDED[0].1;
+    let cases = [
+        long.clone(),
+        format!("format = 1 {long}"),
+        format!("{text}\n[effects.{long}]\n"),
+        text.replacen("[parameters]\n", &format!("[parameters]\n{long} = 1\n"), 1),
+        text.replacen(
+            "[parameters]\n",
+            &format!("[parameters]\ngp = \"{long}\"\n"),
+            1,
+        ),
+        text.replacen("drive = \"", &format!("drive = \"{long}"), 1),
+        format!("\"\\u001b[31m{long}\" = 2\n{text}"),
+    ];
+    for (i, case) in cases.iter().enumerate() {
+        assert_ne!(case, text, "{i}");
+        let said = Preset::parse("bad.toml", case).unwrap_err().to_string();
+        assert!(said.len() < 1500, "{i}: {} bytes", said.len());
+        assert!(said.contains("bad.toml, line "), "{i}: {said}");
+        assert!(!said.contains(char::is_control), "{i}: {said:?}");
+    }
+}
+
+#[test]
 fn faults_are_named_with_line_and_key() {
     let text = EMBEDDED[0].1;
     let changed = |from: &str, to: &str| {

@@ -14,12 +14,8 @@ pub(super) struct Mapping {
 
 impl Mapping {
     fn warn(&mut self, kind: WarningKind, line: Option<usize>, message: String) {
-        self.warnings.push(ImportWarning {
-            kind,
-            count: 1,
-            first_line: line,
-            message,
-        });
+        self.warnings
+            .push(ImportWarning::new(kind, 1, line, &message));
     }
 }
 
@@ -183,10 +179,10 @@ impl ColumnSearch<'_> {
                     .ambiguities
                     .push(format!("\"{unit}\" is not a unit for {}", role.quantity()));
                 self.mapping.problem.get_or_insert(ImportError::UnknownUnit {
-                    file: self.file.to_owned(),
+                    file: self.file.into(),
                     line: self.line,
                     column: i + 1,
-                    unit,
+                    unit: unit.into(),
                     quantity: role.quantity().to_owned(),
                     expected: role.units().to_owned(),
                 });
@@ -205,8 +201,8 @@ impl ColumnSearch<'_> {
             _ => {}
         }
         if misfit.is_none() && required {
-            let found = found_names(self.cells);
-            let (file, line) = (self.file.to_owned(), self.line);
+            let found = found_names(self.cells).into();
+            let (file, line) = (self.file.into(), self.line);
             self.mapping
                 .ambiguities
                 .push(format!("no {} column was recognised", role.symbol()));
@@ -247,9 +243,9 @@ pub(super) fn map_by_count(
                 .ambiguities
                 .push("there is one column only".to_owned());
             mapping.problem = Some(ImportError::NoPositionColumn {
-                file: file.to_owned(),
+                file: file.into(),
                 line,
-                found: "a single column without a header".to_owned(),
+                found: "a single column without a header".into(),
             });
             &[Role::ProofMass]
         }

@@ -1,5 +1,7 @@
 //! One line of a file: its cells, whether it is a comment, and its text for the screen.
 
+use crate::recording::error::visible;
+
 /// Longest cell shown \[characters\].
 const MAX_SHOWN_CHARS: usize = 60;
 
@@ -52,14 +54,15 @@ pub(super) fn is_skipped(line: &[u8], delimiter: u8) -> bool {
             .all(|b| *b == delimiter || b.is_ascii_whitespace() || *b == 0x1a)
 }
 
-/// A cell as text for the screen and for names: trimmed, unquoted.
+/// A cell as text for the screen and for names: trimmed, unquoted, without control characters.
 pub(super) fn show(cell: &[u8]) -> String {
     let text = String::from_utf8_lossy(cell.trim_ascii());
     let text = match text.strip_prefix('"').and_then(|t| t.strip_suffix('"')) {
         Some(inner) => inner.replace("\"\"", "\""),
         None => text.into_owned(),
     };
-    text.trim().chars().take(MAX_SHOWN_CHARS).collect()
+    let text: String = text.trim().chars().take(MAX_SHOWN_CHARS).collect();
+    visible(&text)
 }
 
 pub(super) fn show_row(line: &[u8], delimiter: u8) -> Vec<String> {

@@ -20,7 +20,7 @@ mod text;
 mod truncated_line;
 pub(crate) mod write;
 
-pub use self::settings::{ColumnChoice, Decimal, Delimiter, ImportSettings};
+pub use self::settings::{ColumnChoice, Decimal, Delimiter, ImportSettings, TimeZero};
 pub use self::sniff::{Preview, preview, preview_bytes};
 pub use self::text::Progress;
 pub use self::write::{WriteError, write_csv, write_recording};
@@ -29,9 +29,10 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use self::rows::{Layout, Table};
+use self::number::relative_time::Zero;
+use self::rows::{Layout, Table, first_time};
 use self::text::Text;
-use super::assemble::{Columns, Place, assemble};
+use super::assemble::{Columns, FileClock, Place, assemble};
 use super::error::{ImportError, ImportWarning, WarningKind};
 use super::{Channel, Recording};
 
@@ -98,7 +99,8 @@ pub fn import_bytes_auto(name: &str, bytes: &[u8]) -> Result<Recording, ImportEr
 }
 
 /// The voltage of a file whose header names time and voltage; it needs no displacement.
-/// `(times [s], volts [V])` without missing samples.
+/// `(times [s], volts [V])` without missing samples. Times are those of the file: a table says when
+/// a voltage acts.
 ///
 /// # Errors
 /// As [`import_auto`], and if there is no voltage.
@@ -106,9 +108,13 @@ pub fn import_voltage(path: &Path) -> Result<(Vec<f64>, Vec<f64>), ImportError> 
     let file = path.display().to_string();
     let bytes = text::read_file(path, None)?;
     let preview = preview_bytes(&file, &bytes)?;
-    let mut settings = preview.settings;
+    let mut settings = ImportSettings {
+        time_zero: TimeZero::File,
+        times_as_written: true,
+        ..preview.settings
+    };
     let no_voltage = || ImportError::NoVoltageColumn {
-        file: file.clone(),
+        file: file.clone().into(),
         line: settings.skip_lines.max(1),
     };
     let voltage = settings.voltage.clone().ok_or_else(no_voltage)?;
@@ -151,24 +157,30 @@ fn read(
     let (start, first_line) = text.skip_lines(settings.skip_lines);
     let cut = truncated_line::cut_last_line(&text.bytes[start..], &text, &layout);
     let end = cut.map_or(text.bytes.len(), |at| start + at);
+    let keeps_zero = settings.time_zero == TimeZero::File;
+    let first = match settings.time_zero {
+        TimeZero::FirstRow => first_time(&text.bytes[start..end], &text, &layout),
+        TimeZero::File => None,
+    };
+    let first = first.unwrap_or_default();
+    let zero = Zero::new(first.clone());
 
     // The hash is of the same bytes but needs nothing of the parse: its own thread.
     let (table, hash) = std::thread::scope(|scope| {
         let hash = scope.spawn(|| hex(&Sha256::digest(bytes)));
-        let table = Table::parse(file, &text, start..end, first_line, &layout, progress);
+        let range = start..end;
+        let table = Table::parse(file, &text, range, first_line, &layout, &zero, progress);
         (table, hash.join().ok())
     });
     let mut table = table?;
     if cut.is_some() {
-        warnings.push(ImportWarning {
-            kind: WarningKind::CutLastLine,
-            count: 1,
-            first_line: Some(table.next_line),
-            message: format!(
-                "the last line ({}) was cut off in the middle and is left out",
-                table.next_line
-            ),
-        });
+        let line = table.next_line;
+        warnings.push(ImportWarning::new(
+            WarningKind::CutLastLine,
+            1,
+            Some(line),
+            &format!("the last line ({line}) was cut off in the middle and is left out"),
+        ));
     }
 
     let [time, voltage, proof_mass, cantilever] = std::mem::take(&mut table.columns);
@@ -176,17 +188,17 @@ fn read(
         let (scale, offset) = settings.scaling(channel);
         column.map(|mut values| {
             if scale != 1.0 || offset != 0.0 {
-                values.iter_mut().for_each(|v| *v = *v * scale + offset);
+                values.iter_mut().for_each(|v| {
+                    let scaled = *v * scale + offset;
+                    // What leaves the range of numbers is missing, as it would be in the file.
+                    *v = if scaled.is_finite() { scaled } else { f64::NAN };
+                });
             }
             values
         })
     };
-    let mut time = time.unwrap_or_default();
-    if settings.time_offset != 0.0 {
-        time.iter_mut().for_each(|t| *t += settings.time_offset);
-    }
     let columns = Columns {
-        time,
+        time: time.unwrap_or_default(),
         voltage: scaled(Channel::Voltage, voltage),
         proof_mass: scaled(Channel::ProofMass, proof_mass).unwrap_or_default(),
         cantilever: scaled(Channel::Cantilever, cantilever),
@@ -200,8 +212,21 @@ fn read(
         line_of: &|row| table.line_of(&text, &layout, row),
         column_of: &|channel| column_of(channel).saturating_add(1),
         cell_of: &|row, channel| table.cell_of(&text, &layout, row, column_of(channel)),
+        columns_at: &|row| {
+            let before = text.split(&text.bytes[..start]);
+            let named = before.map(|line| line::cells(line, layout.delimiter).count());
+            let cells = table.cells_of(&text, &layout, row);
+            named.max().unwrap_or(0).max(cells)
+        },
     };
-    let mut recording = assemble(columns, &place, warnings)?;
+    let clock = FileClock {
+        origin: first.shifted(layout.time_unit()),
+        keeps_zero,
+        printed: table.printed,
+        as_written: settings.times_as_written,
+        offset: settings.time_offset,
+    };
+    let mut recording = assemble(columns, clock, &place, warnings)?;
     recording.sha256 = hash;
     Ok(recording)
 }

@@ -1,5 +1,6 @@
 //! Rows of numbers, parsed in parallel pieces.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -7,12 +8,18 @@ use rayon::prelude::*;
 use super::line::{cell_end, cells, is_skipped, show};
 use super::names::unit_shift;
 use super::number;
+use super::number::relative_time::{self, RelativeTime, Zero};
 use super::settings::{Decimal, ImportSettings};
 use super::text::{Progress, READ_SHARE, Text};
 use crate::recording::error::ImportError;
+use crate::recording::times::exact_time::ExactTime;
+use crate::recording::times::rounding::Printed;
 
 /// Size of one piece of text \[bytes\]: large against a line, small against a file.
 const PIECE_BYTES: usize = 2 << 20;
+
+/// Slot of the time column.
+const TIME_SLOT: usize = 0;
 
 /// Which columns to read, and as what.
 #[derive(Debug, Clone)]
@@ -20,10 +27,12 @@ pub(super) struct Layout {
     pub delimiter: u8,
     /// Whether an unquoted number may have a decimal comma.
     pub comma: bool,
-    /// For each column up to the last needed: its (slot, power of ten) pairs. Slots
-    /// are t, V, xp, xc.
-    columns: Vec<Vec<(usize, i32)>>,
+    /// The columns needed, in their order: index and (slot, power of ten) pairs. Slots are t, V,
+    /// xp, xc.
+    columns: Vec<(usize, Vec<(usize, i32)>)>,
     present: [bool; 4],
+    /// Index of the time column, and the power of ten of its unit.
+    time: (usize, i32),
 }
 
 impl Layout {
@@ -48,45 +57,50 @@ impl Layout {
         let found = || "the chosen columns".to_owned();
         if settings.time.is_none() {
             return Err(ImportError::NoTimeColumn {
-                file: file.to_owned(),
+                file: file.into(),
                 line: line.max(1),
-                found: found(),
+                found: found().into(),
             });
         }
         if settings.proof_mass.is_none() {
             return Err(ImportError::NoPositionColumn {
-                file: file.to_owned(),
+                file: file.into(),
                 line: line.max(1),
-                found: found(),
+                found: found().into(),
             });
         }
-        let mut columns: Vec<Vec<(usize, i32)>> = Vec::new();
+        let mut columns: BTreeMap<usize, Vec<(usize, i32)>> = BTreeMap::new();
         let mut present = [false; 4];
+        let mut time = (0, 0);
         for (slot, (choice, base, quantity, expected)) in chosen.into_iter().enumerate() {
             let Some(choice) = choice else { continue };
             let shift = unit_shift(&choice.unit, base).ok_or_else(|| ImportError::UnknownUnit {
-                file: file.to_owned(),
+                file: file.into(),
                 line: line.max(1),
                 column: choice.index.saturating_add(1),
-                unit: choice.unit.clone(),
+                unit: choice.unit.clone().into(),
                 quantity: quantity.to_owned(),
                 expected: expected.to_owned(),
             })?;
-            // A remembered setting may be nonsense; no file has so many columns.
-            let index = choice.index.min(1 << 16);
-            if columns.len() <= index {
-                columns.resize(index + 1, Vec::new());
-            }
-            columns[index].push((slot, shift));
+            columns.entry(choice.index).or_default().push((slot, shift));
             present[slot] = true;
+            if slot == TIME_SLOT {
+                time = (choice.index, shift);
+            }
         }
         let delimiter = settings.delimiter.byte();
         Ok(Self {
             delimiter,
             comma: settings.decimal == Decimal::Comma && delimiter != b',',
-            columns,
+            columns: columns.into_iter().collect(),
             present,
+            time,
         })
+    }
+
+    /// Power of ten of the unit of time.
+    pub(super) fn time_unit(&self) -> i32 {
+        self.time.1
     }
 }
 
@@ -104,6 +118,8 @@ pub(super) struct Table {
     pub columns: [Option<Vec<f64>>; 4],
     /// Number of the line after the last one read.
     pub next_line: usize,
+    /// How the times were written.
+    pub printed: Printed,
     pieces: Vec<Piece>,
 }
 
@@ -112,16 +128,19 @@ struct Parsed {
     columns: [Vec<f64>; 4],
     rows: usize,
     lines: usize,
+    printed: Printed,
 }
 
 impl Table {
-    /// Parses `text.bytes[range]`, whose first line has the number `first_line`.
+    /// Parses `text.bytes[range]`, whose first line has the number `first_line`. Times count from
+    /// `zero`.
     pub(super) fn parse(
         file: &str,
         text: &Text,
         range: Range<usize>,
         first_line: usize,
         layout: &Layout,
+        zero: &Zero,
         progress: Option<&Progress>,
     ) -> Result<Self, ImportError> {
         let total = range.len().max(1);
@@ -129,6 +148,10 @@ impl Table {
         let mut table = Table {
             columns: layout.present.map(|wanted| wanted.then(Vec::new)),
             next_line: first_line,
+            printed: Printed {
+                unit: layout.time_unit(),
+                ..Printed::NONE
+            },
             pieces: Vec::with_capacity(ranges.len()),
         };
         let mut rows = 0;
@@ -137,7 +160,8 @@ impl Table {
             let parsed: Vec<(Parsed, Result<(), ImportError>)> = batch
                 .par_iter()
                 .map(|piece| {
-                    let parsed = parse_piece(&text.bytes[piece.clone()], text.newline, layout);
+                    let parsed =
+                        parse_piece(&text.bytes[piece.clone()], text.newline, layout, zero);
                     (parsed, text.check(file, piece.clone(), 1))
                 })
                 .collect();
@@ -160,6 +184,7 @@ impl Table {
                     }
                 }
                 rows += parsed.rows;
+                table.printed.join(&parsed.printed);
                 table.next_line += parsed.lines;
                 for (all, own) in table.columns.iter_mut().zip(&parsed.columns) {
                     if let Some(all) = all {
@@ -170,9 +195,7 @@ impl Table {
             let done = batch.last().map_or(range.end, |piece| piece.end) - range.start;
             let share = READ_SHARE + (0.95 - READ_SHARE) * (done as f32 / total as f32);
             if progress.is_some_and(|go_on| !go_on(share)) {
-                return Err(ImportError::Cancelled {
-                    file: file.to_owned(),
-                });
+                return Err(ImportError::Cancelled { file: file.into() });
             }
         }
         Ok(table)
@@ -198,6 +221,12 @@ impl Table {
             .map_or(self.next_line, |(line, _)| line)
     }
 
+    /// Number of cells of the line that gave `row`.
+    pub(super) fn cells_of(&self, text: &Text, layout: &Layout, row: usize) -> usize {
+        self.find(text, layout, row)
+            .map_or(0, |(_, line)| cells(line, layout.delimiter).count())
+    }
+
     /// Text of a cell, for a message.
     pub(super) fn cell_of(
         &self,
@@ -210,6 +239,17 @@ impl Table {
             .and_then(|(_, line)| cells(line, layout.delimiter).nth(column).map(show))
             .unwrap_or_default()
     }
+}
+
+/// The first time in `rows` with all its digits, in the file's unit; `None` if there is none.
+pub(super) fn first_time(rows: &[u8], text: &Text, layout: &Layout) -> Option<ExactTime> {
+    let (column, unit) = layout.time;
+    text.split(rows)
+        .filter(|line| !is_skipped(line, layout.delimiter))
+        .find_map(|line| {
+            let cell = cells(line, layout.delimiter).nth(column)?;
+            relative_time::exact_cell(cell, layout.comma, unit)
+        })
 }
 
 /// Pieces of about [`PIECE_BYTES`] bytes that end with lines.
@@ -230,13 +270,14 @@ fn split(text: &Text, range: Range<usize>) -> Vec<Range<usize>> {
 
 /// One pass over the bytes: numbers are read where they stand, and only cells that
 /// are not plain numbers are looked at twice.
-fn parse_piece(text: &[u8], newline: u8, layout: &Layout) -> Parsed {
+fn parse_piece(text: &[u8], newline: u8, layout: &Layout, zero: &Zero) -> Parsed {
     let mut parsed = Parsed {
         columns: layout
             .present
             .map(|wanted| Vec::with_capacity(if wanted { text.len() / 24 } else { 0 })),
         rows: 0,
         lines: 0,
+        printed: Printed::NONE,
     };
     let line_end = |from: usize| {
         from + text[from..]
@@ -255,7 +296,19 @@ fn parse_piece(text: &[u8], newline: u8, layout: &Layout) -> Parsed {
             }
         }
         let mut ended = false;
-        for wanted in &layout.columns {
+        // On a delimiter there is a next cell; on a line end or at the end not.
+        let on_to_next = |p: &mut usize| {
+            let goes_on = text.get(*p) == Some(&layout.delimiter);
+            *p += usize::from(goes_on);
+            !goes_on
+        };
+        let mut column = 0;
+        for (index, wanted) in &layout.columns {
+            while column < *index && !ended {
+                p += cell_end(&text[p..], layout.delimiter, Some(newline));
+                ended = on_to_next(&mut p);
+                column += 1;
+            }
             if ended {
                 for (slot, _) in wanted {
                     parsed.columns[*slot].push(f64::NAN);
@@ -263,26 +316,21 @@ fn parse_piece(text: &[u8], newline: u8, layout: &Layout) -> Parsed {
                 continue;
             }
             let start = p;
-            let mut end = None;
             for &(slot, shift) in wanted {
-                let (value, at) = match plain(text, start, newline, layout, shift) {
-                    Some(found) => found,
-                    None => {
-                        let at = start + cell_end(&text[start..], layout.delimiter, Some(newline));
-                        (number::cell(&text[start..at], layout.comma, shift), at)
+                let (value, at) = if slot == TIME_SLOT {
+                    let (time, at) = time_cell(text, start, newline, layout, shift, zero);
+                    if let Some(time) = time {
+                        parsed.printed.note(time.digits, time.place);
                     }
+                    (time.map_or(f64::NAN, |t| t.value), at)
+                } else {
+                    number_cell(text, start, newline, layout, shift)
                 };
                 parsed.columns[slot].push(value);
-                end = Some(at);
+                p = at;
             }
-            p = end.unwrap_or_else(|| {
-                start + cell_end(&text[start..], layout.delimiter, Some(newline))
-            });
-            // On a delimiter there is a next cell; on a line end or at the end not.
-            ended = text.get(p) != Some(&layout.delimiter);
-            if !ended {
-                p += 1;
-            }
+            ended = on_to_next(&mut p);
+            column += 1;
         }
         parsed.rows += 1;
         if p < text.len() && (!ended || text[p] != newline) {
@@ -293,21 +341,61 @@ fn parse_piece(text: &[u8], newline: u8, layout: &Layout) -> Parsed {
     parsed
 }
 
-/// A number that stands in its cell alone, but for spaces: its value and where the
-/// cell ends. `None` sends the cell the long way.
+/// The number in the cell at `start`, NaN if it is none, and where the cell ends.
 #[inline]
-fn plain(
+fn number_cell(
     text: &[u8],
     start: usize,
     newline: u8,
     layout: &Layout,
     shift: i32,
-) -> Option<(f64, usize)> {
+) -> (f64, usize) {
+    let read = |text: &[u8]| number::prefix(text, layout.comma, shift);
+    match plain(text, start, newline, layout, read) {
+        Some((value, at)) if value.is_finite() => (value, at),
+        _ => {
+            let at = start + cell_end(&text[start..], layout.delimiter, Some(newline));
+            (number::cell(&text[start..at], layout.comma, shift), at)
+        }
+    }
+}
+
+/// The time in the cell at `start`, if it is one, and where the cell ends.
+#[inline]
+fn time_cell(
+    text: &[u8],
+    start: usize,
+    newline: u8,
+    layout: &Layout,
+    shift: i32,
+    zero: &Zero,
+) -> (Option<RelativeTime>, usize) {
+    let read = |text: &[u8]| relative_time::prefix(text, layout.comma, shift, zero);
+    match plain(text, start, newline, layout, read) {
+        Some((time, at)) => (Some(time), at),
+        None => {
+            let at = start + cell_end(&text[start..], layout.delimiter, Some(newline));
+            let cell = &text[start..at];
+            (relative_time::cell(cell, layout.comma, shift, zero), at)
+        }
+    }
+}
+
+/// A number that stands in its cell alone, but for spaces, by `read`: its value and where the
+/// cell ends. `None` sends the cell the long way.
+#[inline]
+fn plain<T>(
+    text: &[u8],
+    start: usize,
+    newline: u8,
+    layout: &Layout,
+    read: impl Fn(&[u8]) -> Option<(T, usize)>,
+) -> Option<(T, usize)> {
     let mut p = start;
     while text.get(p) == Some(&b' ') {
         p += 1;
     }
-    let (value, taken) = number::prefix(&text[p..], layout.comma, shift)?;
+    let (value, taken) = read(&text[p..])?;
     p += taken;
     while text.get(p) == Some(&b' ') {
         p += 1;
@@ -318,8 +406,5 @@ fn plain(
         Some(b'\r') => text.get(p + 1) == Some(&newline),
         Some(_) => false,
     };
-    if !at_end || !value.is_finite() {
-        return None;
-    }
-    Some((value, p))
+    at_end.then_some((value, p))
 }

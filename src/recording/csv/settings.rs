@@ -54,6 +54,26 @@ pub struct ColumnChoice {
     pub unit: String,
 }
 
+/// What counts as t = 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TimeZero {
+    /// The first row. It is the instant that every file has, whatever its clock counts from,
+    /// and the one from which the recording is simulated.
+    #[default]
+    FirstRow,
+    /// The zero of the file, for a person who knows that it means something (a trigger).
+    File,
+}
+
+impl TimeZero {
+    /// Settings that were stored before there was a choice meant the file's zero, and the time
+    /// shifts that were stored with them count from there.
+    fn of_stored_settings() -> Self {
+        TimeZero::File
+    }
+}
+
 /// How a file is to be read; what the import dialog edits and remembers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
@@ -72,6 +92,12 @@ pub struct ImportSettings {
     pub proof_mass: Option<ColumnChoice>,
     /// The cantilever column.
     pub cantilever: Option<ColumnChoice>,
+    /// What counts as t = 0, before the offset.
+    #[serde(default = "TimeZero::of_stored_settings")]
+    pub time_zero: TimeZero,
+    /// Whether times are used as written even where they are an even clock's but for rounding or
+    /// jitter.
+    pub times_as_written: bool,
     /// Added to the times \[s\].
     pub time_offset: f64,
     /// The voltage is multiplied by this; negative turns it over.
@@ -96,6 +122,8 @@ impl Default for ImportSettings {
             voltage: None,
             proof_mass: None,
             cantilever: None,
+            time_zero: TimeZero::FirstRow,
+            times_as_written: false,
             time_offset: 0.0,
             voltage_scale: 1.0,
             xp_scale: 1.0,
@@ -137,9 +165,9 @@ impl ImportSettings {
         ];
         match numbers.iter().find(|(_, value)| !value.is_finite()) {
             Some((setting, value)) => Err(ImportError::BadSetting {
-                file: file.to_owned(),
+                file: file.into(),
                 setting,
-                value: value.to_string(),
+                value: value.to_string().into(),
             }),
             None => Ok(()),
         }

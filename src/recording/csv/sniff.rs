@@ -8,7 +8,7 @@ use super::line::{cells, is_skipped, show, show_row, uncomment};
 use super::settings::{Decimal, Delimiter, ImportSettings};
 use super::text::Text;
 use super::{header, number, text};
-use crate::recording::error::{ImportError, ImportWarning};
+use crate::recording::error::{ImportError, ImportWarning, visible};
 
 /// Bytes looked at from the beginning of a file.
 const HEAD_BYTES: usize = 256 << 10;
@@ -79,8 +79,8 @@ pub fn preview(path: &Path) -> Result<Preview, ImportError> {
             })
             .map(|_| bytes)
             .map_err(|error| ImportError::Unreadable {
-                file: file.clone(),
-                reason: error.to_string(),
+                file: file.clone().into(),
+                reason: error.to_string().into(),
             })
     };
     let head = part(0, HEAD_BYTES)?;
@@ -203,7 +203,7 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
         );
     }
     let no_numbers = || ImportError::NoNumbers {
-        file: file.to_owned(),
+        file: file.into(),
         line: 1 + lines
             .iter()
             .position(|l| !l.trim_ascii().is_empty())
@@ -236,7 +236,7 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
     // One name per two cells: "0,001;..." written with commas for both purposes.
     if way.0 == Delimiter::Comma && named.len() >= 2 && columns == 2 * named.len() {
         return Err(ImportError::AmbiguousComma {
-            file: file.to_owned(),
+            file: file.into(),
             line: first_data + 1,
             cells: columns,
             names: named.len(),
@@ -260,7 +260,7 @@ fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview,
         .map(|line| show_row(line, delimiter))
         .collect();
     Ok(Preview {
-        name: file.to_owned(),
+        name: visible(file),
         size: 0,
         comments,
         columns: columns.max(named.len()),

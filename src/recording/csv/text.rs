@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-use crate::recording::error::ImportError;
+use crate::recording::error::{FileText, ImportError, visible};
 
 /// Called with the share done (0 to 1); returns whether to go on.
 pub type Progress<'a> = dyn Fn(f32) -> bool + 'a;
@@ -19,20 +19,21 @@ const HEAD_BYTES: usize = 64 << 10;
 
 /// The last part of a path, as a name for the screen.
 pub(super) fn short_name(path: &Path) -> String {
-    path.file_name().map_or_else(
+    let name = path.file_name().map_or_else(
         || path.display().to_string(),
         |name| name.to_string_lossy().into_owned(),
-    )
+    );
+    visible(&name)
 }
 
 /// Opens an ordinary file; returns it with its size.
 pub(super) fn open(path: &Path) -> Result<(File, u64), ImportError> {
-    let file = || path.display().to_string();
+    let file = || FileText::from(path.display().to_string());
     let explain = |error: std::io::Error| match error.kind() {
         ErrorKind::NotFound => ImportError::NotFound { file: file() },
         _ => ImportError::Unreadable {
             file: file(),
-            reason: error.to_string(),
+            reason: error.to_string().into(),
         },
     };
     // Asked before opening: opening a pipe would wait for its writer.
@@ -49,7 +50,7 @@ pub(super) fn open(path: &Path) -> Result<(File, u64), ImportError> {
 /// The whole file.
 pub(super) fn read_file(path: &Path, progress: Option<&Progress>) -> Result<Vec<u8>, ImportError> {
     let (mut input, size) = open(path)?;
-    let file = || path.display().to_string();
+    let file = || FileText::from(path.display().to_string());
     let too_large = || ImportError::TooLarge {
         file: file(),
         megabytes: size >> 20,
@@ -65,7 +66,7 @@ pub(super) fn read_file(path: &Path, progress: Option<&Progress>) -> Result<Vec<
             .read_to_end(&mut bytes)
             .map_err(|error| ImportError::Unreadable {
                 file: file(),
-                reason: error.to_string(),
+                reason: error.to_string().into(),
             })?;
         if read == 0 {
             return Ok(bytes);
@@ -92,7 +93,7 @@ impl<'a> Text<'a> {
     /// Looks at the head of `bytes`; the rest is checked by [`Text::check`] as it is
     /// read.
     pub(super) fn new(file: &str, bytes: &'a [u8]) -> Result<Self, ImportError> {
-        let file = || file.to_owned();
+        let file = || FileText::from(file);
         if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
             return Err(ImportError::Utf16 { file: file() });
         }
@@ -135,7 +136,7 @@ impl<'a> Text<'a> {
         if found * 100 > head.len()
             && let Some(at) = head.iter().position(control)
         {
-            return Err(text.binary(&file(), at, 1, 0));
+            return Err(text.binary(file(), at, 1, 0));
         }
         Ok(text)
     }
@@ -155,7 +156,7 @@ impl<'a> Text<'a> {
             .position(|b| *b == 0)
             .filter(|_| part.contains(&0))
         {
-            return Err(self.binary(file, start + at, first_line, start));
+            return Err(self.binary(file.into(), start + at, first_line, start));
         }
         let Err(error) = std::str::from_utf8(part) else {
             return Ok(());
@@ -167,7 +168,7 @@ impl<'a> Text<'a> {
             .rposition(|b| *b == self.newline)
             .map_or(0, |p| p + 1);
         Err(ImportError::NotUtf8 {
-            file: file.to_owned(),
+            file: file.into(),
             line: first_line + self.lines(before),
             column: 1 + String::from_utf8_lossy(&before[line_start..])
                 .chars()
@@ -177,9 +178,9 @@ impl<'a> Text<'a> {
     }
 
     /// The error for the binary byte at `at`, lines counted from `from` on.
-    fn binary(&self, file: &str, at: usize, first_line: usize, from: usize) -> ImportError {
+    fn binary(&self, file: FileText, at: usize, first_line: usize, from: usize) -> ImportError {
         ImportError::Binary {
-            file: file.to_owned(),
+            file,
             line: first_line + self.lines(&self.bytes[from..at]),
             offset: self.mark + at,
             byte: self.bytes.get(at).copied().unwrap_or_default(),

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::recording::grid::TimeAxis;
+use crate::recording::times::exact_time::ExactTime;
 use crate::recording::{Channel, Recording};
 
 /// Rows formatted by one thread at a time.
@@ -43,6 +44,19 @@ pub enum WriteError {
 /// [`WriteError`] if lengths differ or the output fails.
 pub fn write_csv(
     out: &mut dyn Write,
+    time: TimeAxis,
+    voltage: Option<&[f64]>,
+    proof_mass: &[f64],
+    cantilever: Option<&[f64]>,
+) -> Result<(), WriteError> {
+    let origin = ExactTime::default();
+    write_from(out, &origin, time, voltage, proof_mass, cantilever)
+}
+
+/// [`write_csv`] with times that count from `origin`, which is added to them without rounding.
+fn write_from(
+    out: &mut dyn Write,
+    origin: &ExactTime,
     time: TimeAxis,
     voltage: Option<&[f64]>,
     proof_mass: &[f64],
@@ -89,7 +103,7 @@ pub fn write_csv(
                 let mut text = Vec::with_capacity(BLOCK_ROWS.min(rows - start) * ROW_LENGTH);
                 let [mut volts, mut mass, mut beam] = [0, 6, 6].map(Column::new);
                 for i in start..(start + BLOCK_ROWS).min(rows) {
-                    put(&mut text, time.at(i), 0);
+                    put_time(&mut text, origin, time.at(i));
                     if let Some(voltage) = voltage {
                         text.push(b',');
                         volts.put(&mut text, voltage[i]);
@@ -112,13 +126,14 @@ pub fn write_csv(
     Ok(())
 }
 
-/// Writes a recording as [`write_csv`] does.
+/// Writes a recording as [`write_csv`] does, with the times of its file.
 ///
 /// # Errors
 /// [`WriteError::Io`] if the output fails.
 pub fn write_recording(out: &mut dyn Write, recording: &Recording) -> Result<(), WriteError> {
-    write_csv(
+    write_from(
         out,
+        &recording.origin,
         recording.axis(),
         recording.channel(Channel::Voltage),
         &recording.proof_mass,
@@ -155,6 +170,17 @@ impl Column {
 const MAX_DIGITS: usize = 40;
 /// Zeros between the point and the digits of a number in plain notation.
 const PLAIN_ZEROS: [u8; 17] = [b'0'; 17];
+
+/// Appends `origin + time` exactly.
+fn put_time(text: &mut Vec<u8>, origin: &ExactTime, time: f64) {
+    if origin.is_zero() || !time.is_finite() {
+        put(text, time, 0);
+    } else {
+        let sum = origin.plus(&ExactTime::from_seconds(time));
+        // Writing to a Vec cannot fail.
+        let _ = write!(text, "{sum}");
+    }
+}
 
 /// Appends `value * 10^shift` exactly: the shortest digits of `value`, the point
 /// placed by its own exponent plus `shift`.

@@ -41,15 +41,15 @@ pub struct Impact {
 }
 
 /// Impacts among samples `first..=last`, which are near the ground. `limits`: the
-/// last sample of the stay before and the first of the next, which no fit may cross.
+/// last sample of the stay before and the first of the next, which no fit may cross. The
+/// times come with their median `interval` \[s\].
 pub(crate) fn find_impacts(
-    time: TimeAxis,
+    (time, interval): (TimeAxis, f64),
     xp: &[f64],
     options: &EventOptions,
     (first, last): (usize, usize),
     limits: (usize, usize),
 ) -> Vec<Impact> {
-    let interval = time.interval(xp.len());
     let candidates = kinks(time, xp, options.noise, interval, (first, last));
     let reach = ((FIT_SPAN / interval).round() as usize).clamp(FIT_SAMPLES.0, FIT_SAMPLES.1);
     let fits = |k: usize, &i: &usize| {

@@ -71,13 +71,21 @@ pub fn find_events(time: TimeAxis, xp: &[f64], options: &EventOptions) -> Events
     if !time.covers(xp.len()) || !options.contact_level.is_finite() {
         return events;
     }
+    // Taken once: the median over a long axis is not for each visit.
+    let interval = time.interval(xp.len());
     let visits = visits(time, xp, options);
     for (i, visit) in visits.iter().enumerate() {
         let limits = (
             i.checked_sub(1).map_or(0, |p| visits[p].last),
             visits.get(i + 1).map_or(xp.len() - 1, |v| v.first),
         );
-        let impacts = find_impacts(time, xp, options, (visit.first, visit.last), limits);
+        let impacts = find_impacts(
+            (time, interval),
+            xp,
+            options,
+            (visit.first, visit.last),
+            limits,
+        );
         let contact = contact_of(time, xp, options, visit, &impacts);
         events.impacts.extend(impacts);
         events.contacts.extend(contact);

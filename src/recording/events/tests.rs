@@ -114,3 +114,25 @@ fn gaps_and_ends_cut_a_contact() {
     );
     assert_eq!(none, Events::default());
 }
+
+#[test]
+fn many_visits_of_a_long_axis_take_no_longer_each() {
+    // A mass that taps every millisecond for 20 s: 20,000 visits among 1e6 samples.
+    let n = 1_000_000;
+    let time: Vec<f64> = (0..n).map(|i| 2e-5 * f64::from(i)).collect();
+    let xp: Vec<f64> = time
+        .iter()
+        .map(|t| LEVEL + 40e-6 * (std::f64::consts::PI * 1e3 * t).sin().abs())
+        .collect();
+    let options = EventOptions {
+        contact_level: LEVEL,
+        noise: 1e-9,
+        hop: HOP_HEIGHT,
+    };
+    let begun = std::time::Instant::now();
+    let events = find_events(TimeAxis::Samples(&time), &xp, &options);
+    let took = begun.elapsed();
+    println!("{} impacts in {took:.2?}", events.impacts.len());
+    assert!(events.impacts.len() > 15_000, "{}", events.impacts.len());
+    assert!(took.as_secs_f64() < 10.0, "{took:.2?}");
+}

@@ -164,12 +164,13 @@ pub fn features(
         Err(_) => Events::default(),
     };
     let cycles = find_cycles(time, voltage, xp.len(), options.period, &events.contacts);
+    let widest = super::assemble::GAP_FACTOR * time.interval(xp.len());
     let periods: Vec<PeriodFeatures> = cycles
         .iter()
         .flatten()
         .map(|cycle| {
             let contacts = contact_level.is_ok().then_some(events.contacts.as_slice());
-            period_features(time, xp, cycle, contacts, options.sustained)
+            period_features((time, widest), xp, cycle, contacts, options.sustained)
         })
         .collect();
     let period = cycles.and_then(|cycles| {
@@ -208,8 +209,10 @@ fn index_at(time: TimeAxis, n: usize, t: f64) -> usize {
     low
 }
 
+/// Features of one cycle. Samples farther apart than `widest` \[s\] have a gap between them;
+/// `contacts` are all of them, in order of time.
 fn period_features(
-    time: TimeAxis,
+    (time, widest): (TimeAxis, f64),
     xp: &[f64],
     cycle: &Cycle,
     contacts: Option<&[Contact]>,
@@ -223,13 +226,13 @@ fn period_features(
         .copied()
         .filter(|x| x.is_finite())
         .fold(f64::INFINITY, f64::min);
-    let widest = super::assemble::GAP_FACTOR * time.interval(n);
     let gap = inside.iter().any(|x| !x.is_finite())
         || (from + 1..to).any(|i| time.at(i) - time.at(i - 1) > widest);
-    let own: Vec<Contact> = contacts
-        .unwrap_or_default()
+    let all = contacts.unwrap_or_default();
+    let first = all.partition_point(|c| c.end < cycle.start);
+    let own: Vec<Contact> = all[first..]
         .iter()
-        .filter(|c| c.start < cycle.end && c.end >= cycle.start)
+        .take_while(|c| c.start < cycle.end)
         .copied()
         .collect();
 

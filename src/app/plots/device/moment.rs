@@ -1,5 +1,7 @@
 //! What the picture of the device shows: one instant of a run, and the extremes of the run.
 
+use std::hash::{Hash, Hasher};
+
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::simulation::snapshot::Snapshot;
 use crate::app::state::State;
@@ -196,6 +198,8 @@ impl Moment {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Extremes {
     key: (u64, usize),
+    /// Hash of the device's name: another device has a scale of its own.
+    device: u64,
     /// Lowest and highest level that must fit the picture \[m\].
     pub low: f64,
     /// See `low`.
@@ -217,14 +221,25 @@ fn key(snapshot: &Snapshot) -> (u64, usize) {
     (snapshot.generation, trace as usize)
 }
 
+/// A motion below this share of the range of the picture makes the range smaller. At a third
+/// the device still moves over a readable height.
+const SMALL_SHARE: f64 = 0.33;
+
+/// A hash of the device's name.
+fn device_of(snapshot: &Snapshot) -> u64 {
+    let mut hasher = std::hash::DefaultHasher::new();
+    snapshot.model.name.hash(&mut hasher);
+    hasher.finish()
+}
+
 impl Extremes {
     /// Whether these are the extremes of `snapshot`.
     pub fn are_of(&self, snapshot: &Snapshot) -> bool {
         self.key == key(snapshot)
     }
 
-    /// Computes the extremes of a run. `previous` steadies the range in live mode, where every
-    /// frame brings a slightly different run.
+    /// Computes the extremes of a run. `previous`, of the same device, steadies the range: every
+    /// frame of a live run, and every step of a slider, brings a slightly different run.
     pub fn new(snapshot: &Snapshot, previous: Option<&Self>) -> Self {
         let trace = &*snapshot.trace;
         let parameters = &snapshot.model.parameters;
@@ -256,42 +271,61 @@ impl Extremes {
         if !(low.is_finite() && high.is_finite() && high > low) {
             (low, high) = (-1e-6, 1e-6);
         }
-        if let Some(old) = previous.filter(|_| snapshot.live.is_some()) {
-            // A changing scale is hard to read. So the range grows only when it must, and then
-            // by some margin, and it shrinks only for much smaller motions.
+        let device = device_of(snapshot);
+        let steady = previous.filter(|old| old.device == device);
+        if let Some(old) = steady {
+            // A changing scale is hard to read. So the range grows only when it must, and then to
+            // twice the motion. It does not shrink in a live run, which often swings little for
+            // a while, and for a whole span only if the motion is much smaller.
             let fits = old.low <= low && old.high >= high;
-            if fits && high - low > 0.25 * (old.high - old.low) {
+            let is_small = high - low < SMALL_SHARE * (old.high - old.low);
+            if fits && (snapshot.live.is_some() || !is_small) {
                 (low, high) = (old.low, old.high);
-            } else {
-                let more = 0.25 * (high - low);
-                low = if low < old.low && low < ground {
-                    low - more
+            } else if !fits {
+                let (bottom, top) = (low.min(old.low), high.max(old.high));
+                // Below the ground nothing moves.
+                if low < old.low && low < ground {
+                    low = bottom - 0.5 * (top - bottom);
                 } else {
-                    low
+                    low = bottom;
+                }
+                high = if top > old.high {
+                    top + 0.5 * (top - bottom)
+                } else {
+                    top
                 };
-                high += more;
             }
         }
         let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
         let forces = trace.forces.as_ref();
         let of = |values: Option<&Vec<f64>>| finite(values.map_or(0.0, |v| size(v)));
+        // In a live run the largest force so far, so that arrows do not change with what leaves
+        // the view.
+        let lasting = |now: f64, before: fn(&Self) -> f64| match steady {
+            Some(old) if snapshot.live.is_some() => now.max(before(old)),
+            _ => now,
+        };
+        let film = match forces {
+            Some(f) => finite(size(&f.film)),
+            None => TYPICAL_FILM_FORCE,
+        };
+        let drive = match forces {
+            Some(f) => finite(size(&f.drive)),
+            None => 5.0 * parameters[ParameterId::Eta].abs(),
+        };
+        let contact = of(forces.map(|f| &f.ground))
+            .max(of(forces.map(|f| &f.adhesion)))
+            .max(of(forces.map(|f| &f.pull_off)))
+            .max(of(forces.map(|f| &f.effects)));
         Self {
             key: key(snapshot),
+            device,
             low,
             high,
-            film: match forces {
-                Some(f) => finite(size(&f.film)),
-                None => TYPICAL_FILM_FORCE,
-            },
-            drive: match forces {
-                Some(f) => finite(size(&f.drive)),
-                None => 5.0 * parameters[ParameterId::Eta].abs(),
-            },
-            contact: of(forces.map(|f| &f.ground))
-                .max(of(forces.map(|f| &f.adhesion)))
-                .max(of(forces.map(|f| &f.pull_off)))
-                .max(of(forces.map(|f| &f.effects))),
-            speed: finite(size(&trace.proof_mass_velocity)),
+            film: lasting(film, |old| old.film),
+            drive: lasting(drive, |old| old.drive),
+            contact: lasting(contact, |old| old.contact),
+            speed: lasting(finite(size(&trace.proof_mass_velocity)), |old| old.speed),
         }
     }
 }

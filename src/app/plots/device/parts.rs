@@ -7,6 +7,9 @@ use super::moment::{Extremes, Moment};
 use super::paint::{Colors, arrow, block, leader, nice_below, strip, text};
 use crate::model::unit::format_quantity;
 
+/// Width of the drawing from which on its parts are named \[points\]: three names in a row.
+const MIN_NAMED_WIDTH: f32 = 300.0;
+
 /// Number of segments of the drawn beam.
 const BEAM_PIECES: usize = 40;
 /// Depths of the ground's rough profile below its ridge, from left to right \[points\].
@@ -72,13 +75,15 @@ impl Scene<'_> {
         let top = l.area.top() + 2.0;
         let middle = beam[BEAM_PIECES * 3 / 10];
         let at = pos2(clamp_x + 6.0, top);
-        let label = text(self.painter, at, "lt", "cantilever (piezo)", 12.0, c.weak);
-        leader(
-            self.painter,
-            pos2(middle.x.min(label.right() - 8.0), label.bottom()),
-            middle - vec2(0.0, 4.0),
-            c.weak,
-        );
+        if self.has_room_for_names() {
+            let label = text(self.painter, at, "lt", "cantilever (piezo)", 12.0, c.weak);
+            leader(
+                self.painter,
+                pos2(middle.x.min(label.right() - 8.0), label.bottom()),
+                middle - vec2(0.0, 4.0),
+                c.weak,
+            );
+        }
         self.mass_label("proof mass");
 
         if let Some(drive) = self.moment.drive {
@@ -249,6 +254,9 @@ impl Scene<'_> {
             let fill = c.film.gamma_multiply(0.10 + 0.65 * share);
             self.painter.rect_filled(gap, 0.0, fill);
         }
+        if !self.has_room_for_names() {
+            return;
+        }
         let at = pos2(l.mass_x + 0.5 * l.mass.x + 16.0, bottom - 9.0);
         let label = text(self.painter, at, "lc", "gas film", 12.0, c.film);
         leader(
@@ -271,8 +279,16 @@ impl Scene<'_> {
             .add(Shape::convex_polygon(corners, c.mass, edge));
     }
 
+    /// Whether the names of the parts fit beside one another. Without room they would be cut off.
+    fn has_room_for_names(&self) -> bool {
+        self.layout.area.width() >= MIN_NAMED_WIDTH
+    }
+
     /// The name of the mass at the top edge, with a line to the mass.
     fn mass_label(&self, name: &str) {
+        if !self.has_room_for_names() {
+            return;
+        }
         let (l, c) = (self.layout, self.colors);
         let at = pos2(l.mass_x + 0.5 * l.mass.x, l.area.top() + 2.0);
         let label = text(self.painter, at, "lt", name, 12.0, c.weak);

@@ -12,7 +12,7 @@ use super::paint::nice_below;
 use crate::app::files::built_in;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::view::View;
-use crate::app::simulation::snapshot::Snapshot;
+use crate::app::simulation::snapshot::{LiveState, Snapshot};
 use crate::app::state::State;
 use crate::model::drive::Waveform;
 use crate::model::parameter::ParameterId;
@@ -232,6 +232,54 @@ fn the_range_is_that_of_the_run_without_the_sensor_offset() {
     let moment = Moment::new(&state, snapshot, Some(2e-3)).unwrap();
     assert!((moment.xp + 58e-6).abs() < 1e-12);
     assert!((moment.reading + 53e-6).abs() < 1e-12);
+}
+
+/// A run that moves up to `high` \[m\]; live or not.
+fn moved(high: f64, live: bool) -> Snapshot {
+    let mut trace = held();
+    trace.proof_mass = trace.proof_mass.iter().map(|x| x * high / 20e-6).collect();
+    trace.ground_level = None;
+    trace.cantilever = vec![0.0; trace.len()];
+    let mut snapshot = with(state("paper"), trace)
+        .snapshot
+        .unwrap()
+        .as_ref()
+        .clone();
+    snapshot.live = live.then_some(LiveState {
+        time: 4e-3,
+        history_start: 0.0,
+        speed: 0.01,
+        paused: false,
+    });
+    snapshot
+}
+
+#[test]
+fn the_scale_stays_while_the_motion_fits_and_grows_in_few_steps() {
+    for live in [true, false] {
+        // As a slider is dragged, or a live run begins: twenty runs, each a little larger.
+        let mut scale: Option<Extremes> = None;
+        let mut changes = 0;
+        for i in 1..=20 {
+            let now = Extremes::new(&moved(1e-6 * f64::from(i), live), scale.as_ref());
+            let range = |e: &Extremes| (e.low, e.high);
+            changes += usize::from(scale.as_ref().is_some_and(|old| range(old) != range(&now)));
+            scale = Some(now);
+        }
+        assert!(changes <= 7, "{changes} changes of the scale, live {live}");
+    }
+    // A live run that swings little for a while keeps its scale, and its arrows.
+    let large = Extremes::new(&moved(20e-6, true), None);
+    let small = Extremes::new(&moved(1e-6, true), Some(&large));
+    assert_eq!((small.low, small.high), (large.low, large.high));
+    assert!(small.contact >= large.contact && small.speed >= large.speed);
+    // Another device has its own scale, and so has a scale that is fitted again.
+    let mut other = moved(1e-6, true);
+    let mut model = other.model.as_ref().clone();
+    model.name = "another".to_owned();
+    other.model = Arc::new(model);
+    assert!(Extremes::new(&other, Some(&large)).high < 0.1 * large.high);
+    assert!(Extremes::new(&moved(1e-6, true), None).high < 0.1 * large.high);
 }
 
 #[test]

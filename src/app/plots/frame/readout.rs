@@ -2,8 +2,8 @@
 //! or the cursor.
 
 use eframe::egui::{
-    Align, Color32, Id, Label, Layout, Rect, RichText, Role, Sense, Stroke, StrokeKind, Ui,
-    WidgetInfo, vec2,
+    Align, Align2, Area, Color32, Frame, Id, Label, Layout, Order, Rect, RichText, Role, Sense,
+    Stroke, StrokeKind, Ui, WidgetInfo, vec2,
 };
 
 use super::curve::Curve;
@@ -21,7 +21,7 @@ const LETTER_WIDTH: f32 = 6.4;
 /// Width reserved for a value, so that a changing one does not move the others \[points\].
 const VALUE_WIDTH: f32 = 76.0;
 /// Longest name that is written in full \[letters\].
-const MAX_NAME_LETTERS: usize = 22;
+const MAX_NAME_LETTERS: usize = 40;
 /// Height of a row \[points\].
 const ROW_HEIGHT: f32 = 18.0;
 
@@ -51,6 +51,8 @@ struct Switch {
 #[derive(Debug, Clone, Default)]
 pub struct Readout {
     entries: Vec<Entry>,
+    /// Between the two cursors: colour and text.
+    differences: Vec<(Color32, String)>,
 }
 
 impl Readout {
@@ -103,25 +105,6 @@ impl Readout {
                 None,
             );
         }
-        let cursors = state.cursors;
-        if let (Some(first), Some(second)) = (cursors.first, cursors.second) {
-            let color = Some(palette.cursor[1]);
-            let span = second - first;
-            add(color, "dt", Some(span), "s", None);
-            let rate = (span != 0.0).then(|| 1.0 / span.abs());
-            add(color, "1/dt", rate, "Hz", None);
-            for plot in plots {
-                let is_listed = |curve: &&Curve| {
-                    !grouped || curve.owner.is_none() || curve.owner == state.selected
-                };
-                for curve in plot.drawn().filter(is_listed) {
-                    let ends = curve.value_at(second).zip(curve.value_at(first));
-                    let name = format!("\u{394} {}", shortened(&curve.name));
-                    let difference = ends.map(|(b, a)| b - a);
-                    add(Some(curve.color), &name, difference, plot.base, None);
-                }
-            }
-        }
         if grouped {
             entries.extend(of_recordings(ui, state, plots, time));
         }
@@ -142,7 +125,40 @@ impl Readout {
                 });
             }
         }
-        Self { entries }
+        let differences = differences(ui, state, plots, grouped);
+        Self {
+            entries,
+            differences,
+        }
+    }
+
+    /// Draws the differences between the two cursors in the upper right corner of `plot`. They
+    /// take no room of their own, so that a second cursor moves no picture, and no clicks.
+    pub fn show_differences(&self, ui: &Ui, plot: Rect) {
+        if self.differences.is_empty() || !ui.is_rect_visible(plot) {
+            return;
+        }
+        Area::new(Id::unique("cursor differences"))
+            .order(Order::Middle)
+            .interactable(false)
+            .pivot(Align2::RIGHT_TOP)
+            .fixed_pos(plot.right_top() + vec2(-6.0, 4.0))
+            .show(ui.ctx(), |ui| {
+                let fill = ui.visuals().window_fill.gamma_multiply(0.9);
+                let frame = Frame::new().fill(fill).inner_margin(5).corner_radius(3);
+                frame.show(ui, |ui| {
+                    ui.spacing_mut().item_spacing.y = 1.0;
+                    for (color, text) in &self.differences {
+                        ui.horizontal(|ui| {
+                            let (_, rect) = ui.allocate_space(vec2(10.0, 14.0));
+                            let stroke = Stroke::new(3.0, *color);
+                            ui.painter().hline(rect.x_range(), rect.center().y, stroke);
+                            let text = RichText::new(text).size(12.0);
+                            ui.add(Label::new(text).extend().selectable(false));
+                        });
+                    }
+                });
+            });
     }
 
     /// The entries in rows of at most `width` \[points\].
@@ -189,6 +205,39 @@ impl Readout {
         }
         switched
     }
+}
+
+/// Time between the two cursors, and the difference of each curve between them.
+fn differences(
+    ui: &Ui,
+    state: &State,
+    plots: &[TimePlot],
+    grouped: bool,
+) -> Vec<(Color32, String)> {
+    let (Some(first), Some(second)) = (state.cursors.first, state.cursors.second) else {
+        return Vec::new();
+    };
+    let span = second - first;
+    let mut time = format!("dt {}", format_quantity(span, "s", 4));
+    if span != 0.0 {
+        let rate = format_quantity(1.0 / span.abs(), "Hz", 4);
+        time += &format!(",  1/dt {rate}");
+    }
+    let mut all = vec![(style::palette(ui).cursor[1], time)];
+    for plot in plots {
+        let is_listed =
+            |curve: &&Curve| !grouped || curve.owner.is_none() || curve.owner == state.selected;
+        for curve in plot.drawn().filter(is_listed) {
+            let ends = curve.value_at(second).zip(curve.value_at(first));
+            let difference = ends.map_or_else(
+                || "-".to_owned(),
+                |(b, a)| format_quantity(b - a, plot.base, 4),
+            );
+            let name = shortened(&curve.name);
+            all.push((curve.color, format!("\u{394} {name} {difference}")));
+        }
+    }
+    all
 }
 
 /// Most recordings whose curves each have an entry. With more, each recording has one.
@@ -324,13 +373,17 @@ impl Entry {
 
 #[cfg(test)]
 mod tests {
-    use super::shortened;
+    use super::super::readout::*;
 
     #[test]
     fn shortened_names_of_a_series_stay_distinct() {
         assert_eq!(shortened("xp oscillator-1.csv"), "xp oscillator-1");
-        let long = |n| shortened(&format!("xp measurement of the third device {n}.csv"));
+        let long = |n| {
+            shortened(&format!(
+                "xp measurement of the third device on the second day {n}.csv"
+            ))
+        };
         assert_ne!(long("0001"), long("0002"));
-        assert!(long("0001").chars().count() <= 22);
+        assert!(long("0001").chars().count() <= MAX_NAME_LETTERS);
     }
 }

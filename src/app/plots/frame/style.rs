@@ -82,11 +82,11 @@ const LIGHT: Palette = Palette {
     reference: rgb(0x8a7ab0),
     ground: rgb(0x6a655c),
     contact: Color32::from_rgba_premultiplied(44, 37, 18, 48),
-    impact: rgb(0xc44a00),
-    stick: rgb(0x8a6d00),
+    impact: rgb(0xb84500),
+    stick: rgb(0x826600),
     release: rgb(0x00785a),
     hover: rgb(0x808080),
-    cursor: [rgb(0x101010), rgb(0xb06000)],
+    cursor: [rgb(0x101010), rgb(0x9c5500)],
     forces: [
         rgb(0x8a6d00),
         rgb(0x0072b2),
@@ -101,16 +101,17 @@ const LIGHT: Palette = Palette {
 
 /// The colours of the theme in use.
 pub fn palette(ui: &Ui) -> &'static Palette {
-    if ui.visuals().dark_mode {
-        &DARK
-    } else {
-        &LIGHT
-    }
+    palette_of(ui.visuals().dark_mode)
 }
 
-/// Colour of a recording by its index in the palette. Colour-blind people can distinguish
-/// the first six.
-pub fn overlay_color(ui: &Ui, index: usize) -> Color32 {
+/// The colours of the dark or the light theme.
+pub fn palette_of(dark: bool) -> &'static Palette {
+    if dark { &DARK } else { &LIGHT }
+}
+
+/// Colours of recordings in the dark or the light theme. Colour-blind people can distinguish the
+/// first six. They are also those of the recordings' names.
+pub fn overlay_colors(dark: bool) -> [Color32; 12] {
     const DARK: [Color32; 12] = [
         rgb(0xe69f00),
         rgb(0x00b386),
@@ -120,25 +121,30 @@ pub fn overlay_color(ui: &Ui, index: usize) -> Color32 {
         rgb(0xd8c890),
         rgb(0xb18cff),
         rgb(0xff6f91),
-        rgb(0x9c7a4a),
+        rgb(0xb08c5a),
         rgb(0xe8e8e8),
-        rgb(0x5f9a3c),
-        rgb(0xe25be0),
+        rgb(0x66a442),
+        rgb(0xe667e4),
     ];
     const LIGHT: [Color32; 12] = [
-        rgb(0xc07f00),
-        rgb(0x008a64),
-        rgb(0xb0528a),
-        rgb(0xc44a00),
-        rgb(0x6a8a00),
-        rgb(0x7a6640),
+        rgb(0x946200),
+        rgb(0x00785a),
+        rgb(0xa3487d),
+        rgb(0xb84500),
+        rgb(0x597400),
+        rgb(0x74603c),
         rgb(0x6a3fd0),
-        rgb(0xd81b52),
+        rgb(0xcc184c),
         rgb(0x54391a),
         rgb(0x303030),
         rgb(0x2f6b12),
         rgb(0xa800a6),
     ];
-    let colors = if ui.visuals().dark_mode { DARK } else { LIGHT };
+    if dark { DARK } else { LIGHT }
+}
+
+/// Colour of a recording by its index in the palette.
+pub fn overlay_color(ui: &Ui, index: usize) -> Color32 {
+    let colors = overlay_colors(ui.visuals().dark_mode);
     colors[index % colors.len()]
 }

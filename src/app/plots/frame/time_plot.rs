@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui::{
-    Align2, Color32, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
+    Align2, Color32, Id, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
 };
 use egui_plot::{Plot, PlotPoint, PlotTransform};
 
@@ -41,6 +41,8 @@ pub struct TimePlot {
     pub base: &'static str,
     /// The smallest range that is shown.
     pub least: f64,
+    /// The values in view as the person chose them; all of them if `None`.
+    pub chosen: Option<(f64, f64)>,
     /// Curves, from back to front.
     pub curves: Vec<Curve>,
     /// Horizontal lines.
@@ -70,6 +72,12 @@ pub struct Reply {
     pub response: Response,
     /// Time at its left and right edge \[s\].
     pub window: (f64, f64),
+    /// Which picture.
+    pub picture: Picture,
+    /// Value at its lower and upper edge, SI.
+    pub values: (f64, f64),
+    /// Response of the vertical axis.
+    pub axis: Response,
 }
 
 impl TimePlot {
@@ -80,6 +88,7 @@ impl TimePlot {
             quantity,
             base,
             least: 0.0,
+            chosen: None,
             curves: Vec::new(),
             levels: Vec::new(),
             bands: Vec::new(),
@@ -99,8 +108,11 @@ impl TimePlot {
         format!("{}: {}", self.picture.name(), curve.name)
     }
 
-    /// Range of the values in view, with a margin.
+    /// Range of the values in view: as chosen, else all of them with a margin.
     pub fn range(&self, (from, to): (f64, f64)) -> (f64, f64) {
+        if let Some(chosen) = self.chosen {
+            return chosen;
+        }
         let mut range = axes::union(self.drawn().filter_map(|c| c.value_range(from, to)));
         for &(half, _) in &self.bands {
             range = axes::union(range.into_iter().chain([(-half, half)]));
@@ -177,9 +189,21 @@ impl TimePlot {
         reply
             .response
             .widget_info(|| WidgetInfo::labeled(Role::Image, true, &name));
+        let frame = reply.response.rect;
+        let axis = Rect::from_min_max(
+            pos2(frame.left() - style::AXIS_WIDTH, frame.top()),
+            frame.left_bottom(),
+        );
+        let id = Id::unique(("value axis", self.picture.name()));
+        let axis = ui.interact(axis, id, Sense::click_and_drag());
+        let name = format!("Scale of {}", self.picture.name());
+        axis.widget_info(|| WidgetInfo::labeled(Role::Splitter, true, &name));
         Reply {
             response: reply.response,
             window,
+            picture: self.picture,
+            values: (low, high),
+            axis,
         }
     }
 }

@@ -104,6 +104,13 @@ fn look_at(state: &mut State, from: f64, to: f64) {
 
 /// Shows the whole simulation; the second time also the recordings beyond it.
 fn show_all(state: &mut State) {
+    // A zoom of the values is undone first.
+    if !state.view.value_ranges.is_empty() {
+        state.view.value_ranges.clear();
+        if state.view.time_range.is_none() {
+            return;
+        }
+    }
     let all = all(state);
     let widest = union([all].into_iter().chain(recorded(state)));
     let more = widest.filter(|&widest| widest != all && live(state).is_none());
@@ -118,7 +125,9 @@ fn show_all(state: &mut State) {
 
 /// Reacts to mouse and keys over a plot against time.
 pub fn react(ui: &Ui, state: &mut State, reply: &Reply) {
-    let Reply { response, window } = reply;
+    let Reply {
+        response, window, ..
+    } = reply;
     let (from, to) = *window;
     let rect = response.rect;
     if rect.width() < 1.0 {

@@ -109,10 +109,25 @@ impl XyPlot {
         &mut self,
         ui: &Ui,
         path: Path<K>,
-        (first, last): (usize, usize),
+        range: (usize, usize),
         point: impl Fn(usize) -> [f64; 2],
     ) where
         K: PartialEq + Clone + Send + Sync + 'static,
+    {
+        self.add_through(ui, path, range, |i| [point(i)]);
+    }
+
+    /// Adds a path through the points that `points` gives for each of `first..last`, SI: a sample
+    /// and what happened before the next one.
+    pub fn add_through<K, I>(
+        &mut self,
+        ui: &Ui,
+        path: Path<K>,
+        (first, last): (usize, usize),
+        points: impl Fn(usize) -> I,
+    ) where
+        K: PartialEq + Clone + Send + Sync + 'static,
+        I: IntoIterator<Item = [f64; 2]>,
     {
         let [x, y] = self.axes.map(|axis| axis.range);
         let first = first.max(last.saturating_sub(MAX_SAMPLES));
@@ -120,7 +135,7 @@ impl XyPlot {
         let size = self.size.map(|side| side.round() as u32);
         let key = (path.source, first, last, (x, y), size);
         let points = cache::cached(ui, id, key, || {
-            thin((first..last).map(point), [x, y], self.size)
+            thin((first..last).flat_map(points), [x, y], self.size)
         });
         self.lines.push(XyLine {
             name: path.name,

@@ -108,6 +108,7 @@ fn recorded(mut state: State) -> State {
         recording: Arc::new(recording.unwrap()),
         import: Default::default(),
         alignment: Default::default(),
+        drive: Default::default(),
         visible: true,
         color: 0,
         made_up: false,
@@ -198,9 +199,70 @@ fn the_readout_shows_values_at_the_cursors() {
     state.cursors.second = Some(0.03);
     let harness = harness(state);
     harness.get_by_label("10 ms");
-    harness.get_by_label("20 ms");
-    harness.get_by_label("50 Hz");
-    harness.get_by_label("\u{394} xp");
+    harness.get_by_label_contains("dt 20 ms");
+    harness.get_by_label_contains("1/dt 50 Hz");
+    harness.get_by_label_contains("\u{394} xp");
+}
+
+#[test]
+fn a_second_cursor_and_the_pointer_move_no_picture() {
+    let state = with(recorded(empty()), trace(20_000));
+    let mut harness = harness(state);
+    let places = |harness: &Harness<'_, State>| {
+        ["Voltage", "Trajectory", "Forces"].map(|name| plot(harness, name))
+    };
+    let before = places(&harness);
+    harness.state_mut().cursors.first = Some(0.01);
+    harness.state_mut().cursors.second = Some(0.03);
+    harness.event(Event::PointerMoved(before[1].center()));
+    harness.run_steps(4);
+    harness.get_by_label_contains("1/dt 50 Hz");
+    assert_eq!(places(&harness), before);
+}
+
+/// Turns the wheel at a place.
+fn wheel(harness: &mut Harness<'_, State>, at: Pos2, points: f32) {
+    harness.event(Event::PointerMoved(at));
+    harness.step();
+    harness.event(Event::MouseWheel {
+        unit: MouseWheelUnit::Point,
+        delta: vec2(0.0, points),
+        modifiers: Modifiers::NONE,
+        phase: TouchPhase::Move,
+        source: MouseWheelSource::Unknown,
+    });
+    harness.run_steps(20);
+}
+
+#[test]
+fn the_wheel_on_the_scale_zooms_in_values_and_not_in_time() {
+    let mut harness = harness(with(empty(), trace(20_000)));
+    let rect = plot(&harness, "Trajectory");
+    let window = time_window::in_view(harness.state());
+    wheel(&mut harness, rect.left_center() - vec2(20.0, 0.0), 60.0);
+    let chosen =
+        |harness: &Harness<'_, State>| harness.state().view.value_ranges.get("Trajectory").copied();
+    let (low, high) = chosen(&harness).unwrap();
+    assert_eq!(time_window::in_view(harness.state()), window);
+    // The run is 100 um or so high; the pointer was in the middle.
+    wheel(&mut harness, rect.left_center() - vec2(20.0, 0.0), 60.0);
+    let (nearer_low, nearer_high) = chosen(&harness).unwrap();
+    assert!(nearer_low > low && nearer_high < high);
+    let middle = 0.5 * (low + high);
+    assert!((0.5 * (nearer_low + nearer_high) - middle).abs() < 0.01 * (high - low));
+    // The other pictures stay as they are, and a double click shows all values again.
+    assert_eq!(harness.state().view.value_ranges.len(), 1);
+    let at = rect.left_center() - vec2(20.0, 0.0);
+    for pressed in [true, false, true, false] {
+        harness.event(Event::PointerButton {
+            pos: at,
+            button: PointerButton::Primary,
+            pressed,
+            modifiers: Modifiers::NONE,
+        });
+    }
+    harness.run_steps(2);
+    assert_eq!(chosen(&harness), None);
 }
 
 fn click(harness: &mut Harness<'_, State>, at: Pos2, modifiers: Modifiers) {
@@ -303,6 +365,41 @@ fn a_live_run_ends_at_the_right_edge() {
     state.scrub = Some(0.2);
     assert_eq!(time_window::in_view(&state).1, 0.2);
     drop(harness(state));
+}
+
+#[test]
+fn a_live_run_moves_the_device_wherever_pointer_and_cursors_are() {
+    let mut state = with(empty(), trace(20_000));
+    let mut snapshot = state.snapshot.as_ref().unwrap().as_ref().clone();
+    let live = LiveState {
+        time: 0.39,
+        history_start: 0.0,
+        speed: 0.01,
+        paused: false,
+    };
+    snapshot.live = Some(live);
+    state.snapshot = Some(Arc::new(snapshot.clone()));
+    state.cursors.hover = Some(0.1);
+    state.cursors.first = Some(0.2);
+    assert_eq!(super::device_time(&state), Some(0.39));
+    // Looking back in time, and paused, the pointer chooses the moment.
+    state.scrub = Some(0.3);
+    assert_eq!(super::device_time(&state), Some(0.1));
+    state.cursors.hover = None;
+    assert_eq!(super::device_time(&state), Some(0.3));
+    snapshot.live = None;
+    state.snapshot = Some(Arc::new(snapshot));
+    assert_eq!(super::device_time(&state), Some(0.2), "the cursor");
+}
+
+#[test]
+fn the_device_alone_fills_its_space() {
+    let mut state = with(empty(), trace(20_000));
+    state.view.pictures = [Picture::Device].into();
+    let harness = harness(state);
+    let rect = plot(&harness, "Device");
+    // The window is 1000 points high.
+    assert!(rect.height() > 900.0, "{rect:?}");
 }
 
 /// Prints the cost of a frame with a million samples for `-- --nocapture`.

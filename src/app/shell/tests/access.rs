@@ -129,7 +129,7 @@ fn every_control_of_the_panels_is_reached() {
         let setup = &mut harness.state_mut().services.state.setup;
         if panel == Command::DriveEditor {
             let (times, volts) = (vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0]);
-            let table = VoltageTable::new("edited", times, volts, 0.0).unwrap();
+            let table = VoltageTable::new("edited", times, volts).unwrap();
             setup.drive = DriveChoice::Waveform(Waveform::Table(Arc::new(table)));
         }
         harness.state_mut().services.state.ask(panel);

@@ -6,6 +6,8 @@ pub(super) mod access;
 #[cfg(test)]
 pub(super) mod diagnosis;
 #[cfg(test)]
+pub(super) mod reachable;
+#[cfg(test)]
 pub(super) mod reference_curve;
 
 use std::path::{Path, PathBuf};
@@ -20,6 +22,7 @@ use super::window::*;
 use crate::app::files::session;
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::Mode;
+use crate::app::setup::view::Picture;
 use crate::app::shell::options::WindowOptions;
 use crate::app::shell::screenshot::PictureOutcome;
 use crate::app::simulation::snapshot::Snapshot;
@@ -32,7 +35,7 @@ pub(super) fn preset(name: &str) -> Preset {
     Preset::embedded(name).unwrap()
 }
 
-fn harness(preset: Preset) -> Harness<'static, Shell> {
+pub(super) fn harness(preset: Preset) -> Harness<'static, Shell> {
     harness_of(preset, WindowOptions::default())
 }
 
@@ -198,20 +201,32 @@ fn a_diverging_live_run_is_paused_and_reported_and_can_be_restarted() {
 }
 
 #[test]
-fn after_a_live_run_a_zoom_beyond_the_span_is_reset() {
+fn w_comes_back_to_the_whole_span_from_anywhere() {
     let mut harness = harness(preset("paper"));
     wait(&mut harness, |_| true);
-    for (looked_at, shown) in [
-        // Seconds into the run, long after the span; part of both.
-        ((5.0, 5.2), None),
-        ((0.01, 0.02), Some((0.01, 0.02))),
+    let zoom = |harness: &mut Harness<'_, Shell>, range| {
+        let view = &mut harness.state_mut().services.state.view;
+        view.time_range = Some(range);
+        let name = Picture::Trajectory.name().to_owned();
+        view.value_ranges.insert(name, (0.0, 1e-6));
+    };
+    // Seconds into a live run, long after the span; part of both; without a live run.
+    for (looked_at, live) in [
+        ((5.0, 5.2), true),
+        ((0.01, 0.02), true),
+        ((0.01, 0.02), false),
     ] {
-        harness.key_press(Key::L);
-        wait(&mut harness, |shown| shown.live.is_some());
-        harness.state_mut().services.state.view.time_range = Some(looked_at);
+        if live {
+            harness.key_press(Key::L);
+            wait(&mut harness, |shown| shown.live.is_some());
+            harness.state_mut().services.state.scrub = Some(0.0);
+        }
+        zoom(&mut harness, looked_at);
         harness.key_press(Key::W);
         wait(&mut harness, |shown| shown.live.is_none());
-        assert_eq!(harness.state().services.state.view.time_range, shown);
+        let state = &harness.state().services.state;
+        assert_eq!((state.view.time_range, state.scrub), (None, None));
+        assert!(state.view.value_ranges.is_empty());
     }
 }
 

@@ -33,7 +33,7 @@ fn device(ui: &mut Ui, state: &State) {
         n => format!(" with {n} effects"),
     };
     let text = small(format!("Model: {}{with}, re-tuned first", model.name)).weak();
-    ui.add(Label::new(text).truncate())
+    ui.add(Label::new(text).wrap())
         .on_hover_text("The device of the Tune workspace. Its parameters are re-tuned before any effect is called missing.");
 }
 
@@ -102,8 +102,17 @@ fn list(ui: &mut Ui, state: &mut State) {
     }
 }
 
+/// Width of a card below which the origin of a recording has a row of its own \[points\], so that
+/// the name stays whole.
+const NARROW_CARD: f32 = 220.0;
+
 fn name(ui: &mut Ui, overlay: &Overlay, busy: bool, removed: &mut Option<OverlayId>) {
     let name = &overlay.recording.name;
+    let is_narrow = ui.available_width() < NARROW_CARD;
+    let origin = |ui: &mut Ui| {
+        ui.label(small("synthetic").color(ui.visuals().warn_fg_color))
+            .on_hover_text("Not a measurement: it comes with the program");
+    };
     ui.horizontal(|ui| {
         let (rect, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
         let color = overlay_color(ui, overlay.color);
@@ -116,18 +125,20 @@ fn name(ui: &mut Ui, overlay: &Overlay, busy: bool, removed: &mut Option<Overlay
             {
                 *removed = Some(overlay.id);
             }
-            if overlay.made_up {
-                ui.label(small("synthetic").color(ui.visuals().warn_fg_color))
-                    .on_hover_text("Not a measurement: it comes with the program");
+            if overlay.made_up && !is_narrow {
+                origin(ui);
             }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                let label = ui.add(Label::new(RichText::new(name).strong()).truncate());
+                let label = ui.add(Label::new(RichText::new(name).strong()).wrap());
                 if let Some(path) = &overlay.recording.path {
                     label.on_hover_text(path.display().to_string());
                 }
             });
         });
     });
+    if overlay.made_up && is_narrow {
+        origin(ui);
+    }
 }
 
 fn facts(ui: &mut Ui, overlay: &Overlay, quietest: f64) {
@@ -145,7 +156,7 @@ fn facts(ui: &mut Ui, overlay: &Overlay, quietest: f64) {
         has(r.cantilever.is_some(), "xc"),
     ];
     let channels: Vec<&str> = channels.into_iter().filter(|c| !c.is_empty()).collect();
-    ui.add(Label::new(small(text).weak()).truncate())
+    ui.add(Label::new(small(text).weak()).wrap())
         .on_hover_text(format!(
             "{} samples; channels {}. The noise of xp is estimated from its highest frequencies. Fast motion can inflate it, so the quietest recording gives the best estimate.",
             r.len(),

@@ -1,8 +1,9 @@
-//! The Tune workspace: sliders on the left, plots in the middle, recordings and readouts on
-//! the right, time controls at the top.
+//! The Tune workspace: sliders on the left, plots in the middle, recordings, readouts and tools
+//! on the right, time controls at the top.
 
 pub mod drive;
 mod fit;
+mod misfit_line;
 mod parameters;
 mod readouts;
 pub(crate) mod recordings;
@@ -10,6 +11,7 @@ mod start;
 pub mod table_a1;
 #[cfg(test)]
 mod tests;
+mod tools;
 pub(crate) mod transport;
 
 pub use self::recordings::remove as remove_recording;
@@ -17,53 +19,51 @@ pub use self::start::start_from_recording;
 pub use self::transport::usual_speed;
 pub use crate::app::setup::current_setup::choose_preset;
 
-use eframe::egui::{CentralPanel, Panel, ScrollArea, Ui, Window};
+use eframe::egui::{CentralPanel, Id, Panel, Ui};
 
 use crate::app::plots;
 use crate::app::state::State;
 
+/// Width of a window below which the panel of recordings and readouts starts closed \[points\]:
+/// less than the sliders, the panel and readable plots need.
+const NARROW_WINDOW: f32 = 1000.0;
+/// Width of the sliders before a person changes it, and its limits \[points\].
+const SLIDER_WIDTH: f32 = 350.0;
+const SLIDER_WIDTHS: (f32, f32) = (250.0, 480.0);
+/// Largest share of the window that the sliders take.
+const SLIDER_SHARE: f32 = 0.34;
+
 /// Draws the workspace.
 pub fn show(ui: &mut Ui, state: &mut State) {
+    let width = ui.available_width();
+    close_readouts_in_narrow_window(ui, state, width);
     transport::show(ui, state);
+    let (least, most) = SLIDER_WIDTHS;
+    let most = (SLIDER_SHARE * width).clamp(least, most);
     Panel::left("tune parameters")
-        .default_size(350.0)
-        .size_range(280.0..=480.0)
+        .default_size(SLIDER_WIDTH.min(most))
+        .size_range(least..=most)
         .show(ui, |ui| parameters::show(ui, state));
-    let mut side = state.view.side_panel;
-    Panel::right("tune readouts")
-        .default_size(300.0)
-        .size_range(250.0..=480.0)
-        .show_collapsible(ui, &mut side, |ui| {
-            side_panel(ui, state);
-        });
-    state.view.side_panel = side;
-    CentralPanel::default().show(ui, |ui| plots::show(ui, state));
-    let mut open = state.drive_editor_open;
-    if open {
-        Window::new("Drive editor")
-            .open(&mut open)
-            .default_width(420.0)
-            .default_pos([380.0, 90.0])
-            .show(ui, |ui| {
-                drive::editor::show(ui, state, self::drive::place::Place::Window);
-            });
-        state.drive_editor_open = open && state.drive_editor_open;
-    }
-    table_a1::panel::show(ui, state);
-    fit::show(ui, state);
+    state.fitting.poll(&state.setup);
+    tools::show(ui, state);
+    CentralPanel::default().show(ui, |ui| {
+        misfit_line::show(ui, state);
+        plots::show(ui, state);
+    });
 }
 
-fn side_panel(ui: &mut Ui, state: &mut State) {
-    ScrollArea::vertical()
-        .id_salt("side")
-        .auto_shrink([false, false])
-        .show(ui, |ui| {
-            ui.set_max_width(ui.available_width() - 6.0);
-            readouts::section(ui, "Recordings", |ui| recordings::show(ui, state));
-            readouts::show(ui, state);
-            if state.setup.preset.model.has_ground {
-                readouts::section(ui, "Table A.1", |ui| table_a1::case_picker::show(ui, state));
-            }
-            ui.add_space(12.0);
-        });
+/// Closes the panel of recordings and readouts when the window becomes narrow, and opens it again
+/// when there is room. A person can open it in a narrow window too.
+fn close_readouts_in_narrow_window(ui: &Ui, state: &mut State, width: f32) {
+    let key = Id::unique("readouts closed for lack of room");
+    let is_narrow = width < NARROW_WINDOW;
+    let was: Option<(bool, bool)> = ui.data(|data| data.get_temp(key));
+    let (was_narrow, closed_here) = was.unwrap_or_default();
+    let mut closed = closed_here;
+    if is_narrow && !was_narrow {
+        closed = std::mem::take(&mut state.view.side_panel);
+    } else if !is_narrow && was_narrow {
+        state.view.side_panel |= std::mem::take(&mut closed);
+    }
+    ui.data_mut(|data| data.insert_temp(key, (is_narrow, closed)));
 }

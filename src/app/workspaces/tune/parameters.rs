@@ -11,6 +11,8 @@ use crate::app::setup::current_setup::{Setup, choose_preset};
 use crate::app::state::State;
 use crate::app::widgets::default_value;
 use crate::app::widgets::parameter_slider::{ParameterSlider, Size, SliderOutput};
+use crate::app::widgets::slider_search;
+use crate::app::widgets::slider_search::Findable;
 use crate::app::widgets::text::small;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
@@ -25,6 +27,8 @@ struct Problem {
 /// Draws the panel.
 pub fn show(ui: &mut Ui, state: &mut State) {
     preset_picker(ui, state);
+    slider_search::show(ui, &findable(&state.setup));
+    let target = slider_search::pending(ui);
     let problem = problem(state);
     about(ui, &state.setup, problem.as_ref());
     ui.separator();
@@ -42,6 +46,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             if state.setup.preset.model.piezo.is_some() {
                 CollapsingHeader::new("Drive")
                     .default_open(true)
+                    .open(opened(target.as_deref(), editor::has_slider))
                     .show_unindented(ui, |ui| {
                         editor::show(ui, state, super::drive::place::Place::Panel);
                     });
@@ -51,6 +56,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             CollapsingHeader::new("Advanced")
                 .id_salt(("advanced", has_ground))
                 .default_open(!has_ground)
+                .open(opened(target.as_deref(), is_advanced))
                 .show_unindented(ui, |ui| {
                     group(ui, &mut state.setup, Rank::Advanced, problem.as_ref());
                 });
@@ -62,6 +68,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             };
             CollapsingHeader::new(title)
                 .id_salt("effects")
+                .open(opened(target.as_deref(), |id| id.contains('.')))
                 .show_unindented(ui, |ui| {
                     ui.weak("Physics beyond the base model. Switch one on to see what it does.");
                     let model = &state.setup.preset.model;
@@ -75,6 +82,37 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                 });
             ui.add_space(12.0);
         });
+}
+
+/// Opens a closed part of the panel if the slider that is searched for is in it.
+fn opened(target: Option<&str>, is_inside: impl Fn(&str) -> bool) -> Option<bool> {
+    target.filter(|id| is_inside(id)).map(|_| true)
+}
+
+fn is_advanced(id: &str) -> bool {
+    ParameterId::from_id(id).is_some_and(|p| p.spec().rank == Rank::Advanced)
+}
+
+/// All sliders of the panel.
+fn findable(setup: &Setup) -> Vec<Findable> {
+    let model = &setup.preset.model;
+    let entry = |id: &str, spec: &ParameterSpec| Findable {
+        id: id.to_owned(),
+        symbol: spec.symbol.to_owned(),
+        name: spec.name.to_owned(),
+    };
+    let used = ParameterId::ALL.into_iter().filter(|id| model.uses(*id));
+    let mut all: Vec<Findable> = used.map(|id| entry(id.spec().id, id.spec())).collect();
+    if model.piezo.is_some() {
+        let drive = editor::slider_specs(&setup.drive);
+        all.extend(drive.iter().map(|spec| entry(spec.id, spec)));
+    }
+    for effect in &model.effects {
+        for spec in effect.spec.parameters {
+            all.push(entry(&format!("{}.{}", effect.spec.id, spec.id), spec));
+        }
+    }
+    all
 }
 
 fn preset_picker(ui: &mut Ui, state: &mut State) {
@@ -201,6 +239,7 @@ fn group(ui: &mut Ui, setup: &mut Setup, rank: Rank, problem: Option<&Problem>) 
                 Size::Small
             },
             problem: message_for(problem, spec.id),
+            extrapolation: None,
         };
         let output = slider.show(ui);
         if let Some(value) = output.value {
@@ -279,6 +318,7 @@ fn effect_entry(
                 locked: Some(setup.locked.contains(&id)),
                 size: Size::Small,
                 problem: message_for(problem, &id),
+                extrapolation: None,
             };
             let moves = setup.preset.model.effects[index].is_moved_by(i);
             let shown = ui.add_enabled_ui(moves, |ui| slider.show(ui));

@@ -1,7 +1,7 @@
 //! Readouts: error of the simulation on each recording, features side by side, and the
 //! differences from the reference curve A and from the preset.
 
-use eframe::egui::{CollapsingHeader, Grid, RichText, ScrollArea, Ui};
+use eframe::egui::{CollapsingHeader, Grid, Label, RichText, ScrollArea, Ui};
 
 use super::table_a1::features;
 use crate::app::analysis::recording_noise;
@@ -12,7 +12,7 @@ use crate::app::setup::overlay::OverlayId;
 use crate::app::simulation::snapshot::{OverlayComparison, Snapshot};
 use crate::app::state::State;
 use crate::app::widgets::default_value;
-use crate::app::widgets::text::{name_of, short, small};
+use crate::app::widgets::text::{name_of, small};
 use crate::model::Model;
 use crate::model::parameter::ParameterSpec;
 use crate::model::unit::{counted, format_number, format_quantity};
@@ -57,11 +57,11 @@ fn name_label(ui: &mut Ui, state: &State, id: OverlayId) {
         .iter()
         .find(|o| o.id == id)
         .map(|o| o.color);
-    let mut text = RichText::new(short(&name, 22));
+    let mut text = RichText::new(&name);
     if let Some(color) = color {
         text = text.color(crate::app::plots::frame::style::overlay_color(ui, color));
     }
-    ui.label(text).on_hover_text(name);
+    ui.add(Label::new(text).wrap());
 }
 
 fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
@@ -127,7 +127,7 @@ fn compared_with_a(percent: f64, rms: f64) -> String {
 }
 
 /// Noise of the recording on the scale of the comparison \[m\]; `None` if it has none.
-fn noise_of(ui: &Ui, state: &State, entry: &OverlayComparison) -> Option<f64> {
+pub(super) fn noise_of(ui: &Ui, state: &State, entry: &OverlayComparison) -> Option<f64> {
     let overlay = state.setup.overlays.iter().find(|o| o.id == entry.id)?;
     recording_noise::sigma(ui, overlay)
         .filter(|noise| *noise > recording_noise::NEGLIGIBLE_NOISE)
@@ -233,7 +233,7 @@ fn table(ui: &mut Ui, id: &str, titles: [&str; 3], rows: &[Difference]) {
                 }
                 ui.end_row();
                 for [name, old, new] in rows {
-                    ui.label(short(name, 18)).on_hover_text(name);
+                    ui.label(name);
                     ui.label(small(old));
                     ui.label(small(new));
                     ui.end_row();

@@ -1,7 +1,7 @@
 //! The strip at the top: whole span or live, the simulated span, and the controls of a live
 //! run.
 
-use eframe::egui::{Button, Id, Panel, RichText, Ui, vec2};
+use eframe::egui::{Align, Button, Id, Layout, Panel, RichText, Ui, vec2};
 
 use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
@@ -19,6 +19,13 @@ const SPAN_RANGE: (f64, f64) = (1e-4, 1000.0);
 /// Slowest and fastest live speed, simulated seconds per second of wall time.
 const SPEED_RANGE: (f64, f64) = (1e-5, 1.0);
 
+/// Height of the strip \[points\].
+const STRIP_HEIGHT: f32 = 28.0;
+/// Room below which the strip leaves out what can be read elsewhere \[points\].
+const NARROW_STRIP: f32 = 860.0;
+/// Room for the time and the button after the history \[points\].
+const SCRUB_TEXT_WIDTH: f32 = 166.0;
+
 /// Live speed at which a device can be watched: real time if its preset spans seconds, slow
 /// motion if it spans milliseconds. Simulated seconds per second of wall time.
 pub fn usual_speed(setup: &Setup) -> f64 {
@@ -34,21 +41,21 @@ pub fn usual_speed(setup: &Setup) -> f64 {
 /// Draws the strip.
 pub fn show(ui: &mut Ui, state: &mut State) {
     Panel::top("tune transport").show(ui, |ui| {
-        ui.horizontal(|ui| {
-            ui.set_min_height(28.0);
-            mode(ui, state);
-            ui.separator();
-            match state.view.mode {
-                Mode::WholeSpan => whole_span(ui, state),
-                Mode::Live => live(ui, state),
-            }
-            ui.with_layout(
-                eframe::egui::Layout::right_to_left(eframe::egui::Align::Center),
-                |ui| {
-                    ui.toggle_value(&mut state.view.side_panel, "Recordings")
-                        .on_hover_text(hint(Command::SidePanel));
-                },
-            );
+        // The switch on the right is placed first, so that it is whole in a narrow window.
+        let size = vec2(ui.available_width(), STRIP_HEIGHT);
+        ui.allocate_ui_with_layout(size, Layout::right_to_left(Align::Center), |ui| {
+            ui.set_min_height(STRIP_HEIGHT);
+            ui.toggle_value(&mut state.view.side_panel, "Recordings")
+                .on_hover_text(hint(Command::SidePanel));
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let is_narrow = ui.available_width() < NARROW_STRIP;
+                mode(ui, state);
+                ui.separator();
+                match state.view.mode {
+                    Mode::WholeSpan => whole_span(ui, state, is_narrow),
+                    Mode::Live => live(ui, state, is_narrow),
+                }
+            });
         });
     });
 }
@@ -57,7 +64,9 @@ fn mode(ui: &mut Ui, state: &mut State) {
     for (mode, name) in [(Mode::WholeSpan, "Whole span"), (Mode::Live, "Live")] {
         let command = Command::SetMode(mode);
         let button = ui.selectable_label(state.view.mode == mode, name);
-        if button.on_hover_text(hint(command)).clicked() && state.view.mode != mode {
+        // The whole span is asked for again to come back from a zoom.
+        let changes = state.view.mode != mode || mode == Mode::WholeSpan;
+        if button.on_hover_text(hint(command)).clicked() && changes {
             state.ask(command);
         }
     }
@@ -81,7 +90,7 @@ pub fn recordings_end(setup: &Setup) -> Option<f64> {
         })
 }
 
-fn whole_span(ui: &mut Ui, state: &mut State) {
+fn whole_span(ui: &mut Ui, state: &mut State, is_narrow: bool) {
     ui.label("Span");
     let field = QuantityField {
         id: Id::unique("span"),
@@ -123,7 +132,8 @@ fn whole_span(ui: &mut Ui, state: &mut State) {
             state.setup.duration = end;
         }
     }
-    if let Some(snapshot) = &state.snapshot {
+    // In a narrow window the status bar alone says it.
+    if let Some(snapshot) = state.snapshot.as_ref().filter(|_| !is_narrow) {
         let cost = format_quantity(snapshot.cost.as_secs_f64(), "s", 2);
         ui.weak(format!("computed in {cost}"));
     }
@@ -136,7 +146,7 @@ fn whole_span(ui: &mut Ui, state: &mut State) {
     }
 }
 
-fn live(ui: &mut Ui, state: &mut State) {
+fn live(ui: &mut Ui, state: &mut State, is_narrow: bool) {
     let reached = state.snapshot.as_ref().and_then(|s| s.live);
     let (icon, name) = if state.paused {
         (Icon::Run, "run")
@@ -160,7 +170,7 @@ fn live(ui: &mut Ui, state: &mut State) {
         state.ask(Command::Restart);
     }
     ui.separator();
-    speed(ui, state, reached);
+    speed(ui, state, reached, is_narrow);
     ui.separator();
     match reached {
         Some(reached) => scrub(ui, state, reached),
@@ -181,11 +191,13 @@ pub fn speed_text(speed: f64) -> String {
     }
 }
 
-fn speed(ui: &mut Ui, state: &mut State, reached: Option<LiveState>) {
+fn speed(ui: &mut Ui, state: &mut State, reached: Option<LiveState>, is_narrow: bool) {
     let position = |speed: f64| (speed / SPEED_RANGE.0).ln() / (SPEED_RANGE.1 / SPEED_RANGE.0).ln();
     let text = speed_text(state.view.slow_down);
     let usual = usual_speed(&state.setup);
-    ui.label("Speed");
+    if !is_narrow {
+        ui.label("Speed");
+    }
     let track = SliderTrack {
         id: Id::unique("slow-down"),
         label: "speed",
@@ -193,9 +205,10 @@ fn speed(ui: &mut Ui, state: &mut State, reached: Option<LiveState>) {
         numeric: (state.view.slow_down, SPEED_RANGE.0, SPEED_RANGE.1),
         fraction: position(state.view.slow_down),
         mark: Some(position(usual)),
+        extrapolated_from: 1.0,
         enabled: true,
         error: false,
-        size: vec2(100.0, 18.0),
+        size: vec2(if is_narrow { 60.0 } else { 100.0 }, 18.0),
     };
     let moved = track.show(ui);
     if let Some(fraction) = moved.fraction {
@@ -217,15 +230,20 @@ fn speed(ui: &mut Ui, state: &mut State, reached: Option<LiveState>) {
     ));
     let text = match reached {
         Some(r) if r.paused => {
-            RichText::new("paused, Space resumes").color(ui.visuals().warn_fg_color)
+            let text = if is_narrow {
+                "paused"
+            } else {
+                "paused, Space resumes"
+            };
+            RichText::new(text).color(ui.visuals().warn_fg_color)
         }
-        Some(r) if r.speed > 0.0 => {
+        Some(r) if r.speed > 0.0 && !is_narrow => {
             RichText::new(format!("{text}, reached {}", speed_text(r.speed)))
         }
         _ => RichText::new(text),
     };
     ui.add_sized(
-        [150.0, 18.0],
+        [if is_narrow { 56.0 } else { 150.0 }, 18.0],
         eframe::egui::Label::new(text).halign(eframe::egui::Align::LEFT),
     )
     .on_hover_text("Requested speed, and the speed that the computer reaches");
@@ -236,7 +254,7 @@ fn scrub(ui: &mut Ui, state: &mut State, reached: LiveState) {
     let at = state.scrub.unwrap_or(reached.time);
     let text = format_quantity(at, "s", 5);
     let following = state.scrub.is_none();
-    let width = (ui.available_width() - 250.0).clamp(60.0, 500.0);
+    let width = (ui.available_width() - SCRUB_TEXT_WIDTH).clamp(40.0, 500.0);
     let track = SliderTrack {
         id: Id::unique("scrub"),
         label: "history",
@@ -244,6 +262,7 @@ fn scrub(ui: &mut Ui, state: &mut State, reached: LiveState) {
         numeric: (at, reached.history_start, reached.time),
         fraction: (at - reached.history_start) / span,
         mark: None,
+        extrapolated_from: 1.0,
         enabled: true,
         error: false,
         size: vec2(width, 18.0),

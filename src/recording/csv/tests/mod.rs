@@ -1,5 +1,7 @@
 #[cfg(test)]
 pub(super) mod properties;
+mod time_properties;
+mod times;
 
 use crate::recording::csv::*;
 
@@ -147,7 +149,7 @@ fn a_cut_last_line_is_dropped() {
     for tail in ["4e-5", "4e-5,", "4e-5,0.", "4e-5,1.0e-", "4e-5,1.0"] {
         let mut text = String::from("t [s],xp [um]\n");
         for i in 0..10 {
-            text.push_str(&format!("{}e-6,1.0{i}\n", i + 1));
+            text.push_str(&format!("{i}e-6,1.0{i}\n"));
         }
         text.push_str(tail);
         let r = auto(&text);
@@ -344,7 +346,7 @@ fn settings_decide_and_are_remembered() {
                 unit: "um".into(),
             })
         },
-        "no cell that is a number",
+        "xp is to be read from column 18446744073709551615, but there are only 4 columns",
     );
     settings_fail(
         &settings,

@@ -43,7 +43,10 @@ proptest! {
         let xc: Vec<f64> = rows.iter().map(|r| r.3 * 1e-10).collect();
         let mut out = Vec::new();
         write_csv(&mut out, TimeAxis::Samples(&time), with_v.then_some(&v), &xp, with_xc.then_some(&xc)).unwrap();
-        let r = import_bytes_auto("x", &out).unwrap();
+        // With the file's own zero.
+        let mut settings = preview_bytes("x", &out).unwrap().settings;
+        settings.time_zero = TimeZero::File;
+        let r = import_bytes("x", &out, &settings).unwrap();
         prop_assert_eq!(&r.time, &time);
         prop_assert_eq!(&r.proof_mass, &xp);
         prop_assert_eq!(r.voltage.clone(), with_v.then_some(v));

@@ -8,11 +8,12 @@ use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::state::State;
-use crate::app::widgets::parameter_slider::{ParameterSlider, Size};
+use crate::app::widgets::parameter_slider::{Extrapolation, ParameterSlider, Size};
 use crate::app::widgets::text::small;
 use crate::app::workspaces::tune::table_a1::case_picker;
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
+use crate::model::piezo::{MEASURED_FREQUENCY, MEASURED_VOLTAGE};
 
 /// The kinds of drive in the order of the list.
 const DRIVE_KINDS: [&str; 8] = [
@@ -98,7 +99,7 @@ pub fn show(ui: &mut Ui, state: &mut State, place: Place) {
         return;
     }
     if place == Place::Panel && state.drive_editor_open {
-        ui.weak("The drive editor is open in a window.");
+        ui.weak("The drive editor is open beside the plots.");
         return;
     }
     ui.horizontal(|ui| {
@@ -118,7 +119,7 @@ pub fn show(ui: &mut Ui, state: &mut State, place: Place) {
     }
     preview::show(ui, &state.setup, place);
     if place == Place::Panel {
-        let button = ui.add(Button::new("Open in a window").small());
+        let button = ui.add(Button::new("Open beside the plots").small());
         if button.clicked() {
             state.ask(Command::DriveEditor);
         }
@@ -177,6 +178,48 @@ fn editable_values(waveform: &mut Waveform) -> Vec<(ParameterSpec, &mut f64)> {
             (AMPLITUDE_SPEC, amplitude),
             (SWEEP_SPEC, duration),
         ],
+    }
+}
+
+/// The sliders of a drive.
+pub(crate) fn slider_specs(drive: &DriveChoice) -> Vec<ParameterSpec> {
+    match drive {
+        DriveChoice::Recorded(_) => Vec::new(),
+        DriveChoice::Waveform(waveform) => {
+            let mut waveform = waveform.clone();
+            let values = editable_values(&mut waveform);
+            values.into_iter().map(|(spec, _)| spec).collect()
+        }
+    }
+}
+
+/// Whether a slider of any drive has this id.
+pub(crate) fn has_slider(id: &str) -> bool {
+    let all = [
+        FREQUENCY_SPEC,
+        AMPLITUDE_SPEC,
+        LAMBDA_SPEC,
+        FROM_SPEC,
+        TO_SPEC,
+        SWEEP_SPEC,
+    ];
+    all.iter().any(|spec| spec.id == id)
+}
+
+/// From which value on a drive is beyond what the gain curve of the piezo film was measured for.
+fn extrapolation_of(id: &str) -> Option<Extrapolation> {
+    if id == AMPLITUDE_SPEC.id {
+        Some(Extrapolation {
+            above: MEASURED_VOLTAGE,
+            what: "The gain curve was measured",
+        })
+    } else if [FREQUENCY_SPEC.id, FROM_SPEC.id, TO_SPEC.id].contains(&id) {
+        Some(Extrapolation {
+            above: MEASURED_FREQUENCY,
+            what: "The gain curve was measured",
+        })
+    } else {
+        None
     }
 }
 
@@ -248,7 +291,7 @@ pub(crate) fn of_kind(setup: &Setup, kind: &str) -> Option<DriveChoice> {
             let quarter = 0.25 / frequency;
             let time = (0..5).map(|i| f64::from(i) * quarter).collect();
             let voltage = vec![0.0, amplitude, 0.0, -amplitude, 0.0];
-            Waveform::Table(VoltageTable::new("edited", time, voltage, 0.0).ok()?.into())
+            Waveform::Table(VoltageTable::new("edited", time, voltage).ok()?.into())
         }
         _ => {
             let with_voltage = setup
@@ -305,6 +348,7 @@ fn values(ui: &mut Ui, setup: &mut Setup, mut waveform: Waveform, place: Place) 
             locked: None,
             size: Size::Small,
             problem: None,
+            extrapolation: extrapolation_of(spec.id),
         };
         if let Some(new) = slider.show(ui).value {
             *value = new;

@@ -5,7 +5,7 @@
 pub enum Place {
     /// As a section of the left panel.
     Panel,
-    /// As a window of its own.
+    /// As a panel of its own beside the plots.
     Window,
 }
 

@@ -1,6 +1,6 @@
 //! The drive as a table of points, typed one by one or pasted as text.
 
-use eframe::egui::{Button, CollapsingHeader, Id, ScrollArea, TextEdit, Ui};
+use eframe::egui::{Button, Checkbox, CollapsingHeader, ComboBox, Id, ScrollArea, TextEdit, Ui};
 
 use super::place::Place;
 use crate::app::setup::current_setup::Setup;
@@ -9,8 +9,9 @@ use crate::app::widgets::callout;
 use crate::app::widgets::icon::{Icon, icon_button};
 use crate::app::widgets::quantity_field::QuantityField;
 use crate::app::widgets::text::small;
-use crate::model::drive::{DriveError, VoltageTable, Waveform};
-use crate::model::unit::parse_quantity;
+use crate::model::drive::{DriveError, DriveReading, VoltageTable, Waveform};
+use crate::model::unit::{counted, parse_quantity};
+use crate::recording::measured_drive::drive_of_samples;
 
 /// Tables with more points are edited as text only.
 const MAX_ROWS: usize = 100;
@@ -19,7 +20,10 @@ const MAX_TEXT_LINES: usize = 20_000;
 
 /// Draws the table of the drive. An invalid change is refused with the reason.
 pub fn show(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
-    let (time, voltage) = table.samples();
+    let Some((time, _)) = table.points() else {
+        measured(ui, setup, table);
+        return;
+    };
     ui.weak(format!("{} points, linear interpolation", time.len()));
     if time.len() <= MAX_ROWS {
         rows(ui, setup, table, place);
@@ -27,8 +31,88 @@ pub fn show(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) 
     if time.len() <= MAX_TEXT_LINES {
         CollapsingHeader::new("As text (paste here)")
             .id_salt((place.scope(), "as text"))
-            .show_unindented(ui, |ui| text(ui, setup, time, voltage, place));
+            .show_unindented(ui, |ui| text(ui, setup, table, place));
     }
+    repeat(ui, setup, table, place);
+}
+
+/// What was found in the samples of a file, and how else they can be read.
+fn measured(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable) {
+    if let Some(text) = table.text() {
+        ui.label(text);
+    }
+    let Some(source) = table.source() else {
+        return;
+    };
+    ui.weak(format!(
+        "{} of {}",
+        counted(source.time.len(), "sample"),
+        table.name
+    ));
+    if let Some(reading) = reading_picker(ui, "drive reading", source.reading) {
+        let (time, voltage) = (source.time.clone(), source.voltage.clone());
+        if let Ok(waveform) = drive_of_samples(&table.name, time, voltage, reading) {
+            setup.drive = DriveChoice::Waveform(waveform);
+        }
+    }
+}
+
+/// A list of the ways to read a measured voltage; what was chosen, if it is another.
+pub fn reading_picker(ui: &mut Ui, name: &str, reading: DriveReading) -> Option<DriveReading> {
+    let mut chosen = reading;
+    let list = ComboBox::from_id_salt(name).selected_text(reading.label());
+    let output = list.show_ui(ui, |ui| {
+        for other in DriveReading::ALL {
+            ui.selectable_value(&mut chosen, other, other.label());
+        }
+    });
+    let id = output.response.id;
+    ui.ctx()
+        .accesskit_node_builder(id, |node| node.set_label(name));
+    (chosen != reading).then_some(chosen)
+}
+
+/// Whether the points come again, and after how long.
+fn repeat(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
+    let Some((time, _)) = table.points() else {
+        return;
+    };
+    let span = table.end() - time.first().copied().unwrap_or(0.0);
+    ui.horizontal(|ui| {
+        let mut repeats = table.period().is_some();
+        let can = span > 0.0;
+        if ui
+            .add_enabled(can, Checkbox::new(&mut repeats, "repeat after"))
+            .changed()
+            && let Ok(drive) = with_period(table, repeats.then_some(span))
+        {
+            setup.drive = drive;
+        }
+        let field = QuantityField {
+            id: Id::unique((place.scope(), "period")),
+            label: "period of the table",
+            value: table.period().unwrap_or(span),
+            unit: "s",
+            width: 96.0,
+            enabled: repeats,
+        };
+        let refused = |v: f64| with_period(table, Some(v)).err().map(|e| reason(&e));
+        let output = field.show(ui, refused);
+        if let Some(value) = output.value
+            && let Ok(drive) = with_period(table, Some(value))
+        {
+            setup.drive = drive;
+        }
+        if let Some(error) = &output.error {
+            let place = (place.scope(), "period");
+            callout::error(ui, place, output.response.rect, error);
+        }
+    });
+}
+
+fn with_period(table: &VoltageTable, period: Option<f64>) -> Result<DriveChoice, DriveError> {
+    let (time, voltage) = table.points().unwrap_or_default();
+    rebuilt(time.to_vec(), voltage.to_vec(), period)
 }
 
 /// What is wrong, without the name of the table, which is in view.
@@ -39,15 +123,24 @@ fn reason(error: &DriveError) -> String {
     }
 }
 
-fn rebuilt(time: Vec<f64>, voltage: Vec<f64>) -> Result<DriveChoice, DriveError> {
-    let table = VoltageTable::new("edited", time, voltage, 0.0)?;
+/// The points as a drive. They repeat if `period` says so and they still fit into it.
+fn rebuilt(
+    time: Vec<f64>,
+    voltage: Vec<f64>,
+    period: Option<f64>,
+) -> Result<DriveChoice, DriveError> {
+    let mut table = VoltageTable::new("edited", time, voltage)?;
+    if let Some(period) = period {
+        table = table.repeating(period)?;
+    }
     let waveform = Waveform::Table(table.into());
     waveform.check()?;
     Ok(DriveChoice::Waveform(waveform))
 }
 
 fn rows(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
-    let (time, voltage) = table.samples();
+    let (time, voltage) = table.points().unwrap_or_default();
+    let period = table.period();
     let with = |row: usize, column: usize, value: f64| {
         let (mut time, mut voltage) = (time.to_vec(), voltage.to_vec());
         if column == 0 {
@@ -55,7 +148,7 @@ fn rows(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
         } else {
             voltage[row] = value;
         }
-        rebuilt(time, voltage)
+        rebuilt(time, voltage, period)
     };
     let mut changed = None;
     let area = ScrollArea::vertical()
@@ -92,7 +185,7 @@ fn rows(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
                     let (mut time, mut voltage) = (time.to_vec(), voltage.to_vec());
                     time.remove(row);
                     voltage.remove(row);
-                    changed = rebuilt(time, voltage).ok();
+                    changed = rebuilt(time, voltage, period).ok();
                 }
             });
         }
@@ -103,14 +196,15 @@ fn rows(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
         let step = time.len().checked_sub(2).map_or(1e-3, |i| end - time[i]);
         time.push(end + step);
         voltage.push(voltage.last().copied().unwrap_or(0.0));
-        changed = rebuilt(time, voltage).ok();
+        changed = rebuilt(time, voltage, period).ok();
     }
     if let Some(drive) = changed {
         setup.drive = drive;
     }
 }
 
-fn text(ui: &mut Ui, setup: &mut Setup, time: &[f64], voltage: &[f64], place: Place) {
+fn text(ui: &mut Ui, setup: &mut Setup, table: &VoltageTable, place: Place) {
+    let (time, voltage) = table.points().unwrap_or_default();
     let key = Id::unique((place.scope(), "table text"));
     let present = write(time, voltage);
     // The typed text together with the table it was typed over. A new table discards the text.
@@ -137,7 +231,13 @@ fn text(ui: &mut Ui, setup: &mut Setup, time: &[f64], voltage: &[f64], place: Pl
     if apply.clicked()
         && let Ok(drive) = read
     {
-        setup.drive = drive;
+        setup.drive = match &drive {
+            // They go on repeating where they fit into the period.
+            DriveChoice::Waveform(Waveform::Table(new)) => {
+                with_period(new, table.period()).unwrap_or(drive)
+            }
+            _ => drive,
+        };
     }
 }
 
@@ -172,7 +272,7 @@ pub(crate) fn read(text: &str) -> Result<DriveChoice, String> {
             Err(error) => return Err(format!("line {}: {error}", number + 1)),
         }
     }
-    rebuilt(time, voltage).map_err(|error| reason(&error))
+    rebuilt(time, voltage, None).map_err(|error| reason(&error))
 }
 
 #[cfg(test)]
@@ -186,7 +286,7 @@ mod tests {
             panic!("no table");
         };
         assert_eq!(
-            table.samples(),
+            table.points().unwrap(),
             (&[0.0, 5e-3, 10e-3][..], &[0.0, 8.0, -8.0][..])
         );
         assert!(read("0, 0\n1, volts").unwrap_err().contains("line 2"));

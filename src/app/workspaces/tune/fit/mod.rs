@@ -6,9 +6,9 @@ mod figures;
 mod picture;
 mod profile;
 mod result;
-mod steps;
+pub(super) mod steps;
 
-use eframe::egui::{Button, ScrollArea, Ui, Window};
+use eframe::egui::{Button, Ui};
 
 use crate::app::analysis::recording_roles::with_role;
 use crate::app::setup::command::Command;
@@ -18,28 +18,9 @@ use crate::app::widgets::job_progress::{STOP_HELP, cancel_button, progress_bar};
 use crate::app::widgets::text::{small, time_left};
 use crate::fit::Progress;
 
-/// Draws the panel while it is open. Collects the result of a fit in any case.
-pub fn show(ui: &mut Ui, state: &mut State) {
+/// Draws the panel.
+pub(super) fn show(ui: &mut Ui, state: &mut State) {
     state.fitting.poll(&state.setup);
-    steps::show(ui, state);
-    let mut open = state.fitting.open;
-    if !open {
-        return;
-    }
-    Window::new("Fit")
-        .open(&mut open)
-        .default_size([470.0, 640.0])
-        .default_pos([365.0, 70.0])
-        .show(ui, |ui| {
-            ScrollArea::vertical()
-                .id_salt("fit")
-                .auto_shrink([false, true])
-                .show(ui, |ui| content(ui, state));
-        });
-    state.fitting.open = open && state.fitting.open;
-}
-
-fn content(ui: &mut Ui, state: &mut State) {
     choose::parameters(ui, state);
     ui.add_space(6.0);
     choose::recordings(ui, state);

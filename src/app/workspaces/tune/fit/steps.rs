@@ -1,7 +1,7 @@
 //! The guided identification: the five steps of the paper, which of them the recordings
 //! allow, and the result of each.
 
-use eframe::egui::{Button, RichText, ScrollArea, Ui, Window};
+use eframe::egui::{Button, RichText, Ui};
 
 use super::choose::symbol;
 use super::figures;
@@ -27,29 +27,13 @@ const MOTION_PARAMETERS: [ParameterId; 6] = [
     ParameterId::Gp,
 ];
 
-/// Draws the window while it is open.
-pub fn show(ui: &mut Ui, state: &mut State) {
-    if !state.identification.open {
-        return;
-    }
+/// Draws the guide.
+pub(crate) fn show(ui: &mut Ui, state: &mut State) {
     let context = ui.ctx().clone();
     state.identification.poll(&state.setup, &context);
-    let mut open = true;
-    Window::new("Identification, step by step")
-        .open(&mut open)
-        .default_size([560.0, 640.0])
-        .default_pos([365.0, 60.0])
-        .show(ui, |ui| {
-            ScrollArea::vertical()
-                .id_salt("identification")
-                .auto_shrink([false, true])
-                .show(ui, |ui| {
-                    list(ui, state);
-                    ui.separator();
-                    finding(ui, state);
-                });
-        });
-    state.identification.open = open && state.identification.open;
+    list(ui, state);
+    ui.separator();
+    finding(ui, state);
 }
 
 fn list(ui: &mut Ui, state: &mut State) {
@@ -60,6 +44,9 @@ fn list(ui: &mut Ui, state: &mut State) {
     if let Some(first) = state.identification.first.clone() {
         ui.label(small(first).color(error_color(ui)));
         first_fit_button(ui, state);
+    }
+    if let Some(sampled) = state.identification.sampled {
+        ui.label(small(sampled.to_string()).weak());
     }
     let mut start = None;
     let busy = state.identification.job.is_some();

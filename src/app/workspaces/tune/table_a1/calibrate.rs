@@ -40,6 +40,12 @@ pub(crate) fn key() -> Id {
     Id::unique("table fit")
 }
 
+/// The running fit, wherever it is shown; `None` if there is none.
+pub(crate) fn running(ui: &Ui) -> Option<Job<TableFitProgress, TableFit>> {
+    let fit: TableFitState = ui.data(|data| data.get_temp(key()))?;
+    fit.job
+}
+
 /// Draws the button, or the progress of the fit that it has started.
 pub fn controls(ui: &mut Ui, state: &mut State) {
     let mut fit: TableFitState = ui.data(|data| data.get_temp(key())).unwrap_or_default();
@@ -47,7 +53,7 @@ pub fn controls(ui: &mut Ui, state: &mut State) {
         fit.job = None;
         fit.result = Some(result.map(Arc::new));
     }
-    ui.horizontal(|ui| match fit.job.clone() {
+    ui.horizontal_wrapped(|ui| match fit.job.clone() {
         Some(job) => progress(ui, &job),
         None => {
             let help = "Fit the device to the 16 experiments, then repeat the fit without each frequency. The sliders change only when the result is applied.";

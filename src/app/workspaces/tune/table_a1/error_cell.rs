@@ -32,11 +32,7 @@ pub(crate) fn error_cell(ui: &mut Ui, figure: usize, error: Option<f64>) {
 pub(crate) fn color(ui: &Ui, badness: f64) -> Color32 {
     let dark = ui.visuals().dark_mode;
     if badness <= 0.1 {
-        if dark {
-            Color32::from_rgb(0x8c, 0xd1, 0x7d)
-        } else {
-            Color32::from_rgb(0x1e, 0x7a, 0x2c)
-        }
+        crate::app::theme::good(dark)
     } else if badness <= 0.3 {
         ui.visuals().warn_fg_color
     } else {

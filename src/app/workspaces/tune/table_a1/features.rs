@@ -142,7 +142,7 @@ fn column(
 fn table(ui: &mut Ui, columns: &[Column]) {
     ui.label("");
     for column in columns {
-        let title = small(short(&column.name, 14)).strong();
+        let title = small(short(&column.name, 24)).strong();
         ui.label(title).on_hover_text(&column.name);
     }
     ui.end_row();

@@ -4,12 +4,13 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use eframe::egui::{Button, Grid, Id, RichText, ScrollArea, Ui, Window};
+use eframe::egui::{Button, Grid, Id, RichText, ScrollArea, Ui};
 
 use super::calibrate;
 use super::case_picker::{choose, current};
 use super::error_cell::{error, error_cell};
 use super::features::FEATURE_ROWS;
+use crate::app::analysis::job::{in_own_pool, panic_text};
 use crate::app::state::State;
 use crate::app::widgets::text::small;
 use crate::fit::table_a1::compare::{Column, Row, Statistics, statistics, validate};
@@ -65,38 +66,32 @@ fn results(ui: &Ui, model: &Model) -> (Option<Outcome>, bool) {
     if !fresh && !held.busy {
         held.busy = true;
         let (model, context) = (Arc::new(model.clone()), ui.ctx().clone());
-        let results = Arc::clone(&shared);
-        rayon::spawn(move || {
-            let run = std::panic::AssertUnwindSafe(|| validate(&model));
+        let of_rows = Arc::clone(&model);
+        let of_thread = Arc::clone(&shared);
+        let compute = move || {
+            let run = std::panic::AssertUnwindSafe(|| in_own_pool(|| validate(&model)));
             let rows = match std::panic::catch_unwind(run) {
                 Ok(Ok(rows)) => Ok(Arc::new(rows)),
                 Ok(Err(error)) => Err(error.to_string()),
-                Err(panic) => Err(crate::app::analysis::job::panic_text(panic.as_ref())),
+                Err(panic) => Err(panic_text(panic.as_ref())),
             };
-            let mut held = results.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut held = of_thread.lock().unwrap_or_else(PoisonError::into_inner);
             held.done = Some((model, rows));
             held.busy = false;
             context.request_repaint();
-        });
+        };
+        let thread = std::thread::Builder::new().name("table".to_owned());
+        if let Err(error) = thread.spawn(compute) {
+            let text = format!("no thread could be started: {error}; close other programs");
+            held.done = Some((of_rows, Err(text)));
+            held.busy = false;
+        }
     }
     (held.done.as_ref().map(|(_, rows)| rows.clone()), fresh)
 }
 
-/// Draws the window while it is open.
+/// Draws the table.
 pub fn show(ui: &mut Ui, state: &mut State) {
-    let mut open = state.validation_open;
-    if !open {
-        return;
-    }
-    Window::new("Table A.1: all 16 experiments")
-        .open(&mut open)
-        .default_size([880.0, 640.0])
-        .default_pos([360.0, 70.0])
-        .show(ui, |ui| content(ui, state));
-    state.validation_open = open && state.validation_open;
-}
-
-fn content(ui: &mut Ui, state: &mut State) {
     let model = &state.setup.preset.model;
     if !(model.has_ground && model.piezo.is_some()) {
         ui.label("This device has no ground or no drive. The table is about the paper's device: choose the preset paper.");
@@ -116,7 +111,7 @@ fn content(ui: &mut Ui, state: &mut State) {
     };
     let key = Id::unique("validation look");
     let mut view: TableView = ui.data(|data| data.get_temp(key)).unwrap_or_default();
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.label("Errors against");
         ui.selectable_value(&mut view.against, Column::Experiment, "the experiment");
         ui.selectable_value(&mut view.against, Column::Paper, "the paper's simulation");
@@ -125,13 +120,16 @@ fn content(ui: &mut Ui, state: &mut State) {
         }
     });
     calibrate::controls(ui, state);
-    ScrollArea::both().id_salt("validation").show(ui, |ui| {
-        calibrate::result(ui, state);
-        table(ui, state, &rows, &mut view);
-        ui.add_space(8.0);
-        ui.separator();
-        table_3(ui, &rows);
-    });
+    ScrollArea::both()
+        .id_salt("validation")
+        .auto_shrink([false, false])
+        .show(ui, |ui| {
+            calibrate::result(ui, state);
+            table(ui, state, &rows, &mut view);
+            ui.add_space(8.0);
+            ui.separator();
+            table_3(ui, &rows);
+        });
     ui.data_mut(|data| data.insert_temp(key, view));
 }
 

@@ -1,5 +1,6 @@
 //! Tests of the workspace through its accessibility tree, without a GPU.
 
+mod layout;
 mod panels;
 mod sliders;
 pub(crate) mod support;

@@ -95,7 +95,22 @@ fn the_drive_can_be_edited_and_invalid_values_are_refused() {
 }
 
 #[test]
-fn the_drive_editor_opens_as_a_window_and_edits_a_table() {
+fn a_drive_beyond_what_was_measured_is_said_at_its_slider() {
+    let mut harness = harness(state());
+    assert!(!says(&harness, "this is extrapolated"));
+    type_into(&mut harness, "amplitude value", "9 V");
+    assert!(says(&harness, "measured up to 8 V: this is extrapolated"));
+    type_into(&mut harness, "amplitude value", "8 V");
+    assert!(!says(&harness, "this is extrapolated"));
+    type_into(&mut harness, "frequency value", "150 Hz");
+    assert!(says(
+        &harness,
+        "measured up to 100 Hz: this is extrapolated"
+    ));
+}
+
+#[test]
+fn the_drive_editor_opens_beside_the_plots_and_edits_a_table() {
     let mut state = state();
     state.setup.drive =
         crate::app::workspaces::tune::drive::editor::of_kind(&state.setup, "table").unwrap();
@@ -107,7 +122,7 @@ fn the_drive_editor_opens_as_a_window_and_edits_a_table() {
         .setup
         .drive
     {
-        DriveChoice::Waveform(Waveform::Table(table)) => table.samples().0.len(),
+        DriveChoice::Waveform(Waveform::Table(table)) => table.points().unwrap().0.len(),
         other => panic!("{other:?}"),
     };
     assert_eq!(points(&harness), 5);
@@ -222,10 +237,12 @@ fn transport_runs_scrubs_and_follows() {
 #[test]
 fn the_side_panel_can_be_hidden() {
     let mut harness = harness(full());
-    assert!(says(&harness, "rms 1.25"));
+    assert!(says(&harness, "NRMSE 1.4"));
     harness
         .get_by_role_and_label(Role::Button, "Recordings")
         .click();
     harness.run_steps(40);
-    assert!(!says(&harness, "rms 1.25"));
+    assert!(!says(&harness, "NRMSE 1.4"));
+    // The misfit itself stays in view.
+    assert!(says(&harness, "misfit: rms 1.25"));
 }

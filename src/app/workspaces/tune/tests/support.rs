@@ -44,6 +44,7 @@ pub fn overlay(id: u64, recording: Recording, made_up: bool) -> Overlay {
         recording: Arc::new(recording),
         import: Default::default(),
         alignment: Default::default(),
+        drive: Default::default(),
         visible: true,
         color: id as usize,
         made_up,

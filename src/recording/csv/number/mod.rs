@@ -2,11 +2,11 @@
 //! to the text: `58.1` in um is read as `58.1e-6`, not as `58.1 * 1e-6`, so that a
 //! written file comes back bit for bit.
 
-/// Powers of ten that are exact in an `f64`.
-const EXACT_POWERS_OF_TEN: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
-    1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
-];
+pub(super) mod relative_time;
+
+use std::borrow::Cow;
+
+use crate::recording::times::correct_rounding::quickly_rounded;
 
 /// Largest mantissa that takes another digit without leaving a `u64`.
 const MAX_EXTENDABLE_MANTISSA: u64 = (u64::MAX - 9) / 10;
@@ -14,10 +14,6 @@ const MAX_EXTENDABLE_MANTISSA: u64 = (u64::MAX - 9) / 10;
 /// Reads the number at the start of `bytes`, times `10^shift`; returns it with the
 /// number of bytes it took. `None` if there is no number. With `comma` the decimal
 /// mark may be a comma or a point, else a point only.
-///
-/// Short numbers take Clinger's exact path (an integer below 2^53 times or over an
-/// exact power of ten rounds once, hence correctly); the rest goes to the standard
-/// library.
 #[inline]
 pub(super) fn prefix(bytes: &[u8], comma: bool, shift: i32) -> Option<(f64, usize)> {
     let (negative, start) = sign(bytes, 0);
@@ -31,18 +27,10 @@ pub(super) fn prefix(bytes: &[u8], comma: bool, shift: i32) -> Option<(f64, usiz
         ..
     } = mantissa;
     let total = exponent.saturating_add(written).saturating_add(shift);
-    let quick = match total {
-        _ if overflow => None,
-        -22..=22 if digits <= 1 << 53 => {
-            let power = EXACT_POWERS_OF_TEN[total.unsigned_abs() as usize];
-            Some(if total < 0 {
-                digits as f64 / power
-            } else {
-                digits as f64 * power
-            })
-        }
-        -22..=-1 => long_quotient(digits, EXACT_POWERS_OF_TEN[total.unsigned_abs() as usize]),
-        _ => None,
+    let quick = if overflow {
+        None
+    } else {
+        quickly_rounded(digits, total)
     };
     let magnitude = match quick {
         Some(value) => value,
@@ -149,24 +137,6 @@ fn written_exponent(bytes: &[u8], at: usize) -> (i32, usize) {
     }
 }
 
-/// `mantissa / power`, correctly rounded, or `None` where the rounding is in doubt.
-///
-/// The quotient is had to twice the precision from its remainder, which a fused
-/// multiply-add gives exactly (T. J. Dekker, Numer. Math. 18, 1971). Its rounding is
-/// in doubt only where it lies within a millionth of the middle between two numbers.
-fn long_quotient(mantissa: u64, power: f64) -> Option<f64> {
-    let head = mantissa as f64;
-    // |tail| <= 2^10: exact. The cast back cannot wrap in 128 bits.
-    let tail = (i128::from(mantissa) - head as i128) as f64;
-    let quotient = head / power;
-    let remainder = (-quotient).mul_add(power, head) + tail;
-    let correction = remainder / power;
-    let sum = quotient + correction;
-    let lost = correction - (sum - quotient);
-    let below = sum - f64::from_bits(sum.to_bits().checked_sub(1)?);
-    (lost.abs() < 0.499_999 * below).then_some(sum)
-}
-
 /// The general case: the digits with a plain decimal point and the shifted exponent
 /// appended, parsed by the standard library.
 fn by_library(mantissa: &[u8], mark: Option<usize>, exponent: i32) -> Option<f64> {
@@ -212,24 +182,84 @@ fn by_library(mantissa: &[u8], mark: Option<usize>, exponent: i32) -> Option<f64
 }
 
 /// A whole cell as a number times `10^shift`; NaN if it is anything else (text,
-/// empty, infinite). Quotes and a typographic minus are understood.
+/// empty, infinite). Quotes, a typographic minus and marks between thousands are understood.
 pub(super) fn cell(text: &[u8], comma: bool, shift: i32) -> f64 {
-    let mut text = text.trim_ascii();
-    let mut comma = comma;
-    if let Some(inner) = text.strip_prefix(b"\"").and_then(|t| t.strip_suffix(b"\"")) {
-        text = inner.trim_ascii();
-        // Inside quotes a comma cannot be a delimiter.
-        comma = true;
-    }
-    // U+2212, the minus of typeset tables.
-    let (text, sign) = match text.strip_prefix("\u{2212}".as_bytes()) {
-        Some(rest) if !rest.starts_with(b"-") && !rest.starts_with(b"+") => (rest, -1.0),
-        _ => (text, 1.0),
-    };
-    match prefix(text, comma, shift) {
-        Some((value, taken)) if taken == text.len() && value.is_finite() => sign * value,
+    let cell = PlainCell::of(text, comma);
+    match prefix(&cell.text, cell.comma, shift) {
+        Some((value, taken)) if taken == cell.text.len() && value.is_finite() => {
+            if cell.negative {
+                -value
+            } else {
+                value
+            }
+        }
         _ => f64::NAN,
     }
+}
+
+/// A cell without what surrounds its number.
+struct PlainCell<'a> {
+    text: Cow<'a, [u8]>,
+    /// Whether the decimal mark may be a comma.
+    comma: bool,
+    /// Whether a typographic minus was taken off.
+    negative: bool,
+}
+
+impl<'a> PlainCell<'a> {
+    fn of(text: &'a [u8], comma: bool) -> Self {
+        let mut text = text.trim_ascii();
+        let mut comma = comma;
+        if let Some(inner) = text.strip_prefix(b"\"").and_then(|t| t.strip_suffix(b"\"")) {
+            text = inner.trim_ascii();
+            // Inside quotes a comma cannot be a delimiter.
+            comma = true;
+        }
+        // U+2212, the minus of typeset tables.
+        let (text, negative) = match text.strip_prefix("\u{2212}".as_bytes()) {
+            Some(rest) if !rest.starts_with(b"-") && !rest.starts_with(b"+") => (rest, true),
+            _ => (text, false),
+        };
+        Self {
+            text: without_thousands_marks(text),
+            comma,
+            negative,
+        }
+    }
+}
+
+/// Marks between thousands that are no decimal marks: apostrophes, fixed and narrow spaces. Points
+/// and commas are not among them: `1.000` is one, or a thousand.
+const THOUSANDS_MARKS: [&str; 5] = ["'", "\u{2019}", "\u{a0}", "\u{202f}", "\u{2009}"];
+
+/// `1'732'752.5` without its marks; any other text as it is.
+fn without_thousands_marks(text: &[u8]) -> Cow<'_, [u8]> {
+    let mark_at = |p: usize| {
+        let found = THOUSANDS_MARKS
+            .iter()
+            .find(|m| text[p..].starts_with(m.as_bytes()));
+        found.map(|m| m.len())
+    };
+    let start = usize::from(matches!(text.first(), Some(b'-' | b'+')));
+    let digits = |from: usize| {
+        text[from..]
+            .iter()
+            .take_while(|b| b.is_ascii_digit())
+            .count()
+    };
+    let lead = digits(start);
+    let mut p = start + lead;
+    if !(1..=3).contains(&lead) || p >= text.len() || mark_at(p).is_none() {
+        return Cow::Borrowed(text);
+    }
+    let mut plain = text[..p].to_vec();
+    while let Some(mark) = mark_at(p).filter(|mark| digits(p + mark) == 3) {
+        plain.extend_from_slice(&text[p + mark..p + mark + 3]);
+        p += mark + 3;
+    }
+    // A mark that is left makes the rest no number.
+    plain.extend_from_slice(&text[p..]);
+    Cow::Owned(plain)
 }
 
 /// Whether a cell is a number (`Some(true)`), one of the ways to say that there is
@@ -280,6 +310,16 @@ mod tests {
             1.234_567_890_123_456_8e23
         );
         assert_eq!(read("18446744073709551616", 0), 18446744073709551616.0);
+    }
+
+    #[test]
+    fn thousands_are_marked_without_doubt_or_not_at_all() {
+        assert_eq!(read("1'732'752'000.5", 0), 1_732_752_000.5);
+        assert_eq!(read("-12\u{202f}345", -3), -12.345);
+        assert_eq!(cell("1\u{a0}000,25".as_bytes(), true, 0), 1000.25);
+        for text in ["1'7", "1'7320", "'100", "1234'567", "1''000", "1'000'"] {
+            assert!(read(text, 0).is_nan(), "{text}");
+        }
     }
 
     #[test]

@@ -1,0 +1,139 @@
+//! The recording's own voltage and the exact device leave the noise.
+
+use rand::{RngExt as _, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::*;
+use crate::model::drive::DriveReading;
+use crate::model::parameter::ParameterId;
+use crate::model::preset::Preset;
+use crate::model::sensor::gaussian;
+use crate::sim::simulate;
+
+/// Noise of the readings \[m\].
+const NOISE: f64 = 20e-9;
+
+/// A `paper`-like device, its parameters drawn.
+pub fn drawn_device(rng: &mut ChaCha8Rng) -> Model {
+    let mut model = Preset::embedded("paper").unwrap().model;
+    for id in [
+        ParameterId::Cs,
+        ParameterId::Gp,
+        ParameterId::Ca,
+        ParameterId::Ca0,
+        ParameterId::Alpha,
+        ParameterId::Eta,
+        ParameterId::F1,
+    ] {
+        let spread = if id == ParameterId::F1 { 0.03 } else { 0.2 };
+        let factor = 1.0 + spread * (2.0 * rng.random::<f64>() - 1.0);
+        model.parameters.set(id, factor * model.parameters[id]);
+    }
+    model
+}
+
+/// A recording of `drive` at `rate` \[Hz\]: readings with noise, a zero, a clock that is late, and a
+/// voltage with noise \[V\] in steps \[V\].
+fn record(
+    model: &Model,
+    drive: &Waveform,
+    rate: f64,
+    duration: f64,
+    (volt_noise, volt_step): (f64, f64),
+    rng: &mut ChaCha8Rng,
+) -> Recording {
+    let fine = Options {
+        rate,
+        ..Options::default()
+    };
+    let trace = simulate(model, drive, duration, &fine).unwrap();
+    let zero = 200e-9 * gaussian(rng);
+    let noisy = |values: &[f64], rng: &mut ChaCha8Rng| -> Vec<f64> {
+        let all = values.iter();
+        all.map(|x| x + zero + NOISE * gaussian(rng)).collect()
+    };
+    let volts = trace.voltage.iter().map(|v| {
+        let v = v + volt_noise * gaussian(rng);
+        if volt_step > 0.0 {
+            (v / volt_step).round() * volt_step
+        } else {
+            v
+        }
+    });
+    let volts: Vec<f64> = volts.collect();
+    let (xp, xc) = (noisy(&trace.proof_mass, rng), noisy(&trace.cantilever, rng));
+    let time: Vec<f64> = (0..trace.len()).map(|i| i as f64 / rate).collect();
+    Recording::new("test", time, Some(volts), xp, Some(xc)).unwrap()
+}
+
+fn misfit(model: &Model, recording: Recording) -> (f64, String) {
+    let recording = Arc::new(recording);
+    let drive = recording.drive(DriveReading::Recognised).unwrap().unwrap();
+    let mut experiment = Experiment::new(
+        Arc::clone(&recording),
+        drive.waveform("test", 0.0),
+        Alignment::default(),
+    );
+    experiment.noise = (NOISE, Some(NOISE));
+    if let Some(priors) = &mut experiment.priors {
+        priors.drive_reach = drive.reach();
+    }
+    let result = experiment.run(model, || true).unwrap().unwrap();
+    let shift = result.alignment.time_shift;
+    (
+        result.misfit(&experiment),
+        format!("{}, clock {shift:e} s", drive.text),
+    )
+}
+
+/// The waveforms, rates and voltage errors of the table in `docs/method.md`.
+fn survey(waveforms: &[String], limit: f64, seed: u64) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut failures = Vec::new();
+    let mut worst = 0.0f64;
+    for text in waveforms {
+        let drive = Waveform::parse(text, 0.4).unwrap();
+        for rate in [12.5e3, 25e3, 50e3, 100e3] {
+            for error in [
+                (0.0, 0.0),
+                (1e-3, 0.0),
+                (5e-3, 0.0),
+                (20e-3, 0.0),
+                (50e-3, 0.0),
+                (0.0, 0.08),
+            ] {
+                let model = drawn_device(&mut rng);
+                let recording = record(&model, &drive, rate, 0.3, error, &mut rng);
+                let (misfit, found) = misfit(&model, recording);
+                worst = worst.max(misfit);
+                if !(misfit <= limit) {
+                    failures.push(format!("{text} {rate} Hz {error:?}: {misfit:.3}: {found}"));
+                }
+            }
+        }
+    }
+    println!("{} cases, worst {worst:.3} x noise", 24 * waveforms.len());
+    assert!(failures.is_empty(), "{}: {failures:#?}", failures.len());
+}
+
+#[test]
+fn the_exact_device_leaves_the_noise_under_settings() {
+    let texts = [
+        "square:15Hz:8V",
+        "ramped:5Hz:8V:0.25",
+        "sine:50Hz:8V",
+        "triangle:20Hz:8V",
+    ];
+    survey(&texts.map(str::to_owned), 1.05, 1);
+}
+
+#[test]
+fn the_exact_device_leaves_the_noise_under_odd_settings() {
+    let texts = [
+        "square:17.318Hz:7.393V",
+        "ramped:6.127Hz:7.781V:0.2312",
+        "sine:41.77Hz:7.553V",
+        "triangle:18.03Hz:7.219V",
+    ];
+    survey(&texts.map(str::to_owned), 1.05, 2);
+}

@@ -1,0 +1,133 @@
+//! The samples of a measured voltage, their error, and the test that a curve is all there is in them.
+
+use crate::recording::TimeAxis;
+use crate::recording::noise::estimate_noise;
+
+/// Sampling intervals by which the times of samples may be off: rounding. A jump so near to a
+/// sample lies before or after it.
+pub const CLOCK_INTERVALS: f64 = 1e-4;
+/// Smallest error of a sample, as a share of the voltage's span: where a file has no noise at all,
+/// rounding in sums and text must not count as a misfit.
+const MIN_ERROR_SHARE: f64 = 1e-7;
+/// Most samples that a least-squares fit of a few numbers uses.
+pub const MAX_FIT_SAMPLES: usize = 200_000;
+/// Samples in a block of the test for what a curve leaves.
+const BLOCK_SAMPLES: usize = 64;
+/// Standard deviations by which the blocks' mean square may exceed its expectation.
+const MAX_BLOCK_EXCESS: f64 = 5.0;
+/// Extra standard deviations of a single sample beyond the largest expected of so many.
+const SINGLE_SAMPLE_MARGIN: f64 = 1.5;
+/// By how much the error of a sample, known from the samples alone, may be wrong.
+const NOISE_ESTIMATE_ERROR: f64 = 0.15;
+
+/// A measured voltage.
+#[derive(Debug, Clone, Copy)]
+pub struct Samples<'a> {
+    /// Times \[s\], increasing.
+    pub time: &'a [f64],
+    /// Voltages \[V\], finite, as many.
+    pub volts: &'a [f64],
+    /// Standard deviation of a sample's error \[V\], rounding included, never zero.
+    pub sigma: f64,
+    /// Step of the digitiser \[V\] where it is the larger part of the error, else 0.
+    pub quantum: f64,
+    /// Typical interval \[s\].
+    pub interval: f64,
+    /// Lowest and highest sample \[V\].
+    pub range: (f64, f64),
+}
+
+impl<'a> Samples<'a> {
+    /// Estimates the error of `volts`, taken at `time`, at least two of each.
+    pub fn new(time: &'a [f64], volts: &'a [f64]) -> Self {
+        let range = crate::recording::extremes(volts);
+        let span = range.1 - range.0;
+        let noise = estimate_noise(TimeAxis::Samples(time), volts).ok();
+        let floor = (MIN_ERROR_SHARE * span).max(1e-12);
+        Self {
+            time,
+            volts,
+            sigma: noise.map_or(0.0, |n| n.sigma).max(floor),
+            quantum: noise
+                .filter(|n| n.quantised)
+                .and_then(|n| n.step)
+                .unwrap_or(0.0),
+            interval: crate::recording::median_interval(time),
+            range,
+        }
+    }
+
+    /// Highest minus lowest sample \[V\].
+    pub fn span(&self) -> f64 {
+        self.range.1 - self.range.0
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// The samples from `from` to before `to`, with the error of the whole.
+    pub fn part(&self, from: usize, to: usize) -> Self {
+        Self {
+            time: &self.time[from..to],
+            volts: &self.volts[from..to],
+            ..*self
+        }
+    }
+
+    /// Indices of at most about `most` samples, evenly picked over the whole span.
+    pub fn thinned(&self, most: usize) -> impl Iterator<Item = usize> + Clone + use<> {
+        let stride = self.len().div_ceil(most).max(1);
+        (0..self.len()).step_by(stride)
+    }
+
+    /// Largest deviation of a sample from the true voltage that noise and rounding explain \[V\].
+    pub fn reach(&self) -> f64 {
+        let largest = (2.0 * (self.len().max(2) as f64).ln()).sqrt() + SINGLE_SAMPLE_MARGIN;
+        if self.quantum > 0.0 {
+            // Rounding alone reaches half a step; the noise below it is not known, but is
+            // less than the step.
+            0.75 * self.quantum + 1e-3 * self.sigma * largest
+        } else {
+            largest * self.sigma
+        }
+    }
+
+    /// Whether `curve` (time to volts) is all there is in the samples but for their error: no sample
+    /// is farther than the error reaches, and means over blocks, in which a small lasting deviation
+    /// adds up, are as small as those of noise. Blocks say nothing of rounding, which lasts.
+    pub fn are(&self, curve: impl Fn(f64) -> f64) -> bool {
+        self.are_where_known(|t| Some(curve(t)))
+    }
+
+    /// As [`Samples::are`]; samples at which the curve has no value are not asked.
+    pub fn are_where_known(&self, curve: impl Fn(f64) -> Option<f64>) -> bool {
+        let reach = self.reach();
+        let (mut blocks, mut sum_squares) = (0.0, 0.0);
+        let full = self.len() / BLOCK_SAMPLES * BLOCK_SAMPLES;
+        for start in (0..self.len()).step_by(BLOCK_SAMPLES) {
+            let end = (start + BLOCK_SAMPLES).min(self.len());
+            let mut sum = 0.0;
+            for i in start..end {
+                let Some(value) = curve(self.time[i]) else {
+                    continue;
+                };
+                let off = self.volts[i] - value;
+                // Written so that a NaN fails.
+                if !(off.abs() <= reach) {
+                    return false;
+                }
+                sum += off;
+            }
+            if start < full {
+                blocks += 1.0;
+                let mean = sum / (self.sigma * (BLOCK_SAMPLES as f64).sqrt());
+                sum_squares += mean * mean;
+            }
+        }
+        let allowed = (1.0 + NOISE_ESTIMATE_ERROR).powi(2)
+            * (blocks + MAX_BLOCK_EXCESS * (2.0f64 * blocks).sqrt());
+        self.quantum > 0.0 || blocks == 0.0 || sum_squares <= allowed
+    }
+}

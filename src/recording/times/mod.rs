@@ -1,0 +1,25 @@
+//! The times of a recording: exact digits, and what they say of the clock that gave them.
+//!
+//! A recording counts its time from its first row, and the difference is taken in decimal
+//! digits, before anything is rounded: a file that counts from 1970 gives the same numbers,
+//! bit for bit, as the same file from 0. The first row is the only instant that every file
+//! has. A file's own zero may be a trigger, the start of the recorder or 1970, and nothing in
+//! the file says which; it is kept as the recording's `origin`, and a person who knows that it
+//! has a meaning chooses it in the import settings.
+//!
+//! That the first row is t = 0 is what the rest of the program means by it too: a recording is
+//! simulated from its first row on, under its own voltage. Nothing is kept back for a file whose
+//! zero looks near (a row that was not stored, a trigger): where the drive is a typed waveform
+//! rather than the voltage, its phase against the recording is estimated by the alignment, as
+//! for any other file.
+
+pub(in crate::recording) mod clock;
+pub(in crate::recording) mod correct_rounding;
+mod even_grid;
+pub(crate) mod exact_time;
+pub(in crate::recording) mod rounding;
+mod sample_index;
+mod short_number;
+mod stamp_jitter;
+#[cfg(test)]
+mod tests;
