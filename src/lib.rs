@@ -23,6 +23,9 @@
 //! `docs/ARCHITECTURE.md` lists the modules and shows how a value travels through them;
 //! `docs/method.md` explains the model, the simulator, the fit and the diagnosis.
 
+// They panic where the output fails; `cli/output.rs` and `cli/terminal.rs` do not.
+#![cfg_attr(not(test), deny(clippy::print_stdout, clippy::print_stderr))]
+
 #[cfg(feature = "gui")]
 pub mod app;
 mod atomic_write;

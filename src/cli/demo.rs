@@ -33,26 +33,31 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             args.out.display()
         )
     })?;
-    let say = |text: &str| output::to_stdout(|out| Ok(out.write_all(text.as_bytes())?));
+    let [page, json] = ["report.html", "diagnosis.json"].map(|name| args.out.join(name));
+    let mut results = output::ready(&[("--out", Some(&page)), ("--out", Some(&json))], &[])?;
+    let put_in = demo::put_in().context("the demo's truth cannot be read")?;
     let recordings = demo::recordings()?;
     let (train, held_out) = (recordings.train.len(), recordings.held_out.len());
-    say(&format!(
+    results.say(&format!(
         "{} synthetic recordings of a device that is not quite the paper's, {} of them held out.\n\
          The paper's model is fitted to the others. What does it leave out?\n\n",
         train + held_out,
         held_out
-    ))?;
+    ));
+    results.deliver();
     let model = Preset::default().model;
     let [train, held_out] = [recordings.train, recordings.held_out]
         .map(|side| side.into_iter().map(Part::whole).collect::<Vec<_>>());
     let answer = watched(&model, &train, &held_out)?;
-    say(&report::text(&answer))?;
-    let put_in = demo::put_in().context("the demo's truth cannot be read")?;
-    say(&format!("\nThe concealed effect was: {put_in}\n"))?;
-    let page = args.out.join("report.html");
-    output::text(&page, &report::html(&answer))?;
-    output::json(&args.out.join("diagnosis.json"), &report::json(&answer))?;
-    say(&format!("The report with figures: {}\n", page.display()))?;
+    results.add(&page, report::html(&answer));
+    results.add_json(&json, &report::json(&answer));
+    results.say(&report::text(&answer));
+    results.say(&format!("\nThe concealed effect was: {put_in}\n"));
+    results.deliver();
+    if results.has_written(&page) {
+        results.say(&format!("The report with figures: {}\n", page.display()));
+    }
+    results.end()?;
     if answer.cancelled {
         return Err(interrupt::cancelled());
     }

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, bail};
 
-use super::{Failure, wrong_command};
+use super::{Failure, terminal, wrong_command};
 use crate::model::drive::{DriveReading, Waveform};
 use crate::model::effects::ActiveEffect;
 use crate::model::piezo::MEASURED_VOLTAGE;
@@ -105,20 +105,20 @@ pub fn warn_of_odd_values(preset: &Preset, model: &Model, drive: &Waveform) {
         };
         if value != 0.0 && !(below..=above).contains(&value) {
             let text = |value| format_quantity(value, spec.unit, 3);
-            eprintln!(
-                "impactscope: warning: {} = {} is far from the usual {} to {}; check its unit",
+            terminal::warning(format_args!(
+                "{} = {} is far from the usual {} to {}; check its unit",
                 spec.id,
                 text(value),
                 text(low),
                 text(high)
-            );
+            ));
         }
     }
     let volts = drive.amplitude();
     if model.piezo.is_some() && volts > 2.0 * MEASURED_VOLTAGE {
-        eprintln!(
-            "impactscope: warning: the drive reaches {}, but the piezo's branches were measured only up to {MEASURED_VOLTAGE} V; the result is an extrapolation",
+        terminal::warning(format_args!(
+            "the drive reaches {}, but the piezo's branches were measured only up to {MEASURED_VOLTAGE} V; the result is an extrapolation",
             format_quantity(volts, "V", 3)
-        );
+        ));
     }
 }

@@ -1,6 +1,6 @@
 //! `diagnose`: from recordings to what the model leaves out, as text, JSON and an HTML report.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
@@ -24,7 +24,7 @@ pub struct Arguments {
     /// File for the answer as JSON; - for standard output, then without the summary
     #[arg(long, value_name = "F")]
     json: Option<PathBuf>,
-    /// File for a report with figures (HTML, one file)
+    /// File for a report with figures (HTML, one file); - for standard output, then without the summary
     #[arg(long, value_name = "F.html")]
     report: Option<PathBuf>,
 }
@@ -40,7 +40,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         ("--report", args.report.as_deref()),
     ];
     let inputs = [&args.recordings[..], &args.held_out].concat();
-    output::ready(&outputs, &inputs)?;
+    let mut results = output::ready(&outputs, &inputs)?;
     let split = args.held_out.is_empty();
     let (train, held_out) = read::both_sides(&args.recordings, &args.held_out)?;
     let mut answer = watched(&preset.model, &train, &held_out)?;
@@ -50,14 +50,13 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             .insert(0, crate::diagnose::findings::Remark::LastThirdHeldOut);
     }
     if let Some(path) = &args.report {
-        output::text(path, &report::html(&answer))?;
-    }
-    if args.json.as_deref() != Some(Path::new("-")) {
-        output::to_stdout(|out| Ok(out.write_all(report::text(&answer).as_bytes())?))?;
+        results.add(path, report::html(&answer));
     }
     if let Some(path) = &args.json {
-        output::json(path, &report::json(&answer))?;
+        results.add_json(path, &report::json(&answer));
     }
+    results.say(&report::text(&answer));
+    results.end()?;
     if answer.cancelled {
         return Err(interrupt::cancelled());
     }
@@ -68,6 +67,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
 mod tests {
     use super::super::diagnose::*;
     use clap::Parser;
+    use std::path::Path;
 
     #[derive(Debug, Parser)]
     struct Only {

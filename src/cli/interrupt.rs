@@ -1,9 +1,9 @@
-//! Ctrl-C during long work: the work stops soon, and its best result so far is kept.
+//! Signals. Ctrl-C during long work: the work stops soon, and its best result so far is kept.
 
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::Failure;
+use super::{Failure, terminal};
 
 /// Exit code of a program that was ended by Ctrl-C, as shells have it.
 const INTERRUPTED_EXIT_CODE: i32 = 130;
@@ -20,13 +20,35 @@ pub fn flag() -> &'static AtomicBool {
             if STOP.swap(true, Ordering::Relaxed) {
                 std::process::exit(INTERRUPTED_EXIT_CODE);
             }
-            eprintln!("\nstopping; the best result so far is kept. Ctrl-C again quits at once");
+            terminal::line(
+                "\nstopping; the best result so far is kept. Ctrl-C again quits at once",
+            );
         });
         if let Err(error) = listening {
-            eprintln!("impactscope: warning: Ctrl-C will discard the results so far: {error}");
+            terminal::warning(format_args!(
+                "Ctrl-C will discard the results so far: {error}"
+            ));
         }
     });
     &STOP
+}
+
+/// Makes a write beyond the limit on the size of files (`ulimit -f`) an error of that write. Without
+/// it the system ends the program, and the other results are lost.
+pub fn survive_size_limit() {
+    #[cfg(unix)]
+    {
+        use signal_hook::consts::SIGXFSZ;
+        use std::sync::Arc;
+
+        // Nobody needs the flag: the write itself fails.
+        let reached = Arc::new(AtomicBool::new(false));
+        if let Err(error) = signal_hook::flag::register(SIGXFSZ, reached) {
+            terminal::warning(format_args!(
+                "a file beyond the limit on sizes will end the program: {error}"
+            ));
+        }
+    }
 }
 
 /// Whether Ctrl-C was pressed.

@@ -1,4 +1,4 @@
-//! The command line. Progress goes to stderr, results to stdout or files; the exit
+//! The command line. Progress goes to stderr, results to files and stdout; the exit
 //! code is 0 when done, 1 when the work failed, 2 when the command was wrong, 130 when
 //! Ctrl-C was pressed twice.
 
@@ -10,10 +10,12 @@ mod interrupt;
 mod output;
 mod read;
 mod simulate;
+mod terminal;
 mod trial;
 mod validate;
 mod watch;
 
+use std::path::Path;
 #[cfg(feature = "gui")]
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -22,6 +24,9 @@ use clap::{Parser, Subcommand};
 
 #[cfg(feature = "gui")]
 use crate::app;
+
+/// Exit code of a wrong command.
+const WRONG_COMMAND_EXIT_CODE: u8 = 2;
 
 /// Simulate, fit and diagnose the impact dynamics of piezoelectric micro-cantilevers
 #[derive(Debug, Parser)]
@@ -68,8 +73,12 @@ enum Command {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    // clap exits with 2 by itself where the command is wrong.
-    let cli = Cli::parse();
+    terminal::start_log();
+    interrupt::survive_size_limit();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(answer) => return parser_answer(&answer),
+    };
     let result = match cli.command {
         Some(Command::Simulate(arguments)) => simulate::run(&arguments),
         Some(Command::Fit(arguments)) => fit::run(&arguments),
@@ -88,10 +97,30 @@ pub fn main() -> ExitCode {
         })
         .map_err(Failure::from),
     };
+    end(result)
+}
+
+/// Says what the parser of the command line has to say instead of a command: help, or what is wrong.
+fn parser_answer(answer: &clap::Error) -> ExitCode {
+    if answer.use_stderr() {
+        // Without its colours: they are control characters, as are those of a wrong argument.
+        terminal::line(answer.render().to_string().trim_end());
+        return ExitCode::from(WRONG_COMMAND_EXIT_CODE);
+    }
+    let mut results = output::Results::default();
+    results.stream(Path::new(output::STDOUT), |out| {
+        answer.print()?;
+        Ok(out.flush()?)
+    });
+    end(results.end())
+}
+
+/// The exit code, after an error is said.
+fn end(result: Result<(), Failure>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("impactscope: {}", said_once(&failure.error));
+            terminal::error(&said_once(&failure.error));
             ExitCode::from(failure.code)
         }
     }
@@ -140,5 +169,8 @@ fn no_window() -> Failure {
 
 /// Marks an error as one of the command line (exit code 2).
 fn wrong_command(error: anyhow::Error) -> Failure {
-    Failure { code: 2, error }
+    Failure {
+        code: WRONG_COMMAND_EXIT_CODE,
+        error,
+    }
 }

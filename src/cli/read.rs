@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::anyhow;
 
-use super::{Failure, wrong_command};
+use super::{Failure, terminal, wrong_command};
 use crate::fit::Part;
 use crate::recording::Recording;
 use crate::recording::csv::import_auto;
@@ -20,11 +20,7 @@ pub fn read(paths: &[PathBuf]) -> Result<Vec<Arc<Recording>>, Failure> {
     for path in paths {
         let recording = import_auto(path, None)?;
         for warning in &recording.warnings {
-            eprintln!(
-                "impactscope: warning: {}: {}",
-                path.display(),
-                warning.message
-            );
+            terminal::warning(format_args!("{}: {}", path.display(), warning.message));
         }
         if let Some(first) = recordings.iter().find(|first| alike(first, &recording)) {
             return Err(wrong_command(anyhow!(

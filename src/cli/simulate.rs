@@ -1,7 +1,7 @@
 //! `simulate`: a simulated trace and its events as CSV.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
@@ -62,10 +62,10 @@ pub struct Arguments {
     /// Seed of the sensor noise (parameter `noise`)
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// File for the trace; standard output without it
+    /// File for the trace; - or nothing for standard output
     #[arg(long, value_name = "TRACE.csv")]
     out: Option<PathBuf>,
-    /// File for the list of events (CSV)
+    /// File for the list of events (CSV); - for standard output, then the trace needs a file
     #[arg(long, value_name = "EVENTS.csv")]
     events: Option<PathBuf>,
 }
@@ -87,11 +87,15 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     };
     let drive = args.drive.as_deref().unwrap_or(&preset.drive);
     let table = drive.strip_prefix("table:").map(PathBuf::from);
+    let (trace_option, trace_file) = match args.out.as_deref() {
+        Some(path) => ("--out", path),
+        None => ("the trace (without --out)", Path::new(output::STDOUT)),
+    };
     let outputs = [
-        ("--out", args.out.as_deref()),
+        (trace_option, Some(trace_file)),
         ("--events", args.events.as_deref()),
     ];
-    output::ready(&outputs, table.as_slice())?;
+    let mut results = output::ready(&outputs, table.as_slice())?;
     let drive = read_drive(drive, duration)?;
     let mut model = preset.model.clone();
     for text in &args.set {
@@ -126,16 +130,9 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             cantilever,
         )?)
     };
-    match &args.out {
-        Some(path) => {
-            let mut bytes: Vec<u8> = Vec::new();
-            write(&mut bytes)?;
-            output::bytes(path, &bytes)?;
-        }
-        None => output::to_stdout(write)?,
-    }
     if let Some(path) = &args.events {
-        output::text(path, &events_csv::text(&trace.events))?;
+        results.add(path, events_csv::text(&trace.events));
     }
-    Ok(())
+    results.stream(trace_file, write);
+    results.end()
 }

@@ -1,20 +1,21 @@
 //! `trial`: concealed effects, diagnosed from their recordings alone, then scored.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use serde_json::{Value, json};
 
+use super::output::Results;
 use super::watch::watched;
-use super::{Failure, interrupt, output, wrong_command};
+use super::{Failure, interrupt, output, terminal, wrong_command};
 use crate::diagnose::report;
 use crate::fit::Part;
 use crate::model::Model;
 use crate::model::preset::Preset;
-use crate::model::unit::parse_quantity;
+use crate::model::unit::{counted, parse_quantity};
 use crate::recording::Recording;
 use crate::trial::score::{Diagnosis, Outcome, aggregate, may_also_name, score, score_shuffled};
 use crate::trial::{
@@ -69,29 +70,28 @@ pub struct Arguments {
 pub fn run(args: &Arguments) -> Result<(), Failure> {
     let settings = settings(args).map_err(wrong_command)?;
     let model = Preset::load(&args.preset)?.model;
-    output::ready(&[("--json", args.json.as_deref())], &[])?;
-    let aloud = args.json.as_deref() != Some(Path::new("-"));
-    let say = |line: String| -> anyhow::Result<()> {
-        if aloud {
-            return output::to_stdout(|out| Ok(writeln!(out, "{line}")?));
-        }
-        eprintln!("{line}");
-        Ok(())
-    };
+    let mut results = output::ready(&[("--json", args.json.as_deref())], &[])?;
     let end = args
         .seed
         .checked_add(args.count)
-        .ok_or_else(|| wrong_command(anyhow::anyhow!("--seed {} is too large", args.seed)))?;
+        .ok_or_else(|| wrong_command(anyhow!("--seed {} is too large", args.seed)))?;
+    let json_file = args.json.as_deref();
     let mut tally = Tally::default();
     for seed in args.seed..end {
         match Case::draw(seed, &settings) {
             Ok(case) => {
-                say(format!("seed {seed}: sealed, SHA-256 {}", case.seal()))?;
+                let seal = format!("seed {seed}: sealed, SHA-256 {}", case.seal());
+                say(&mut results, &seal);
                 match one(case, &model, args, seed) {
-                    Ok((outcome, note)) => {
-                        say(format!("seed {seed}: {}", line(&outcome, &note)))?;
+                    Ok((outcome, note, written)) => {
+                        let line = format!("seed {seed}: {}", line(&outcome, &note));
+                        say(&mut results, &line);
                         tally.outcomes.push(outcome);
                         tally.cases.push(note);
+                        if let Err(error) = written {
+                            terminal::line(&format!("seed {seed}: {error:#}"));
+                            tally.unwritten += 1;
+                        }
                     }
                     // A cancelled diagnosis is not an answer that can be scored.
                     Err(_) if interrupt::stopped() => break,
@@ -104,27 +104,34 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             Err(error) => tally.fail(seed, error.to_string()),
         }
         // Many trials take hours: results so far are kept.
-        if let Some(path) = args.json.as_deref().filter(|_| aloud) {
-            output::json(path, &tally.json(&settings))?;
+        if let Some(path) = json_file
+            && results.is_stdout_for_people()
+        {
+            results.add_json(path, &tally.json(&settings));
+            results.deliver();
         }
     }
     if args.count > 1 {
-        say(format!(
-            "\n{}",
-            aggregate(&tally.outcomes).text().trim_end()
-        ))?;
+        let table = aggregate(&tally.outcomes).text();
+        say(&mut results, &format!("\n{}", table.trim_end()));
     }
-    if !aloud {
-        output::json(Path::new("-"), &tally.json(&settings))?;
+    if let Some(path) = json_file {
+        results.add_json(path, &tally.json(&settings));
     }
+    results.end()?;
     if interrupt::stopped() {
         return Err(interrupt::cancelled());
     }
-    if tally.failed.is_empty() {
-        Ok(())
+    tally.end(args.count)
+}
+
+/// Says a line at once, on standard error if standard output is taken.
+fn say(results: &mut Results, line: &str) {
+    if results.is_stdout_for_people() {
+        results.say(&format!("{line}\n"));
+        results.deliver();
     } else {
-        let failed = tally.failed.len();
-        Err(anyhow::anyhow!("{failed} of {} trials failed", args.count).into())
+        terminal::line(line);
     }
 }
 
@@ -134,12 +141,30 @@ struct Tally {
     outcomes: Vec<Outcome>,
     cases: Vec<Value>,
     failed: Vec<Value>,
+    /// Number of trials that were scored, but whose report or truth is not in its file.
+    unwritten: usize,
 }
 
 impl Tally {
     fn fail(&mut self, seed: u64, error: String) {
-        eprintln!("seed {seed}: {error}");
+        terminal::line(&format!("seed {seed}: {error}"));
         self.failed.push(json!({ "seed": seed, "error": error }));
+    }
+
+    /// The error of what failed in `count` trials.
+    fn end(&self, count: u64) -> Result<(), Failure> {
+        if !self.failed.is_empty() {
+            let failed = self.failed.len();
+            return Err(anyhow!("{failed} of {count} trials failed").into());
+        }
+        if self.unwritten > 0 {
+            return Err(anyhow!(
+                "the report or the truth of {} could not be written; they are scored all the same",
+                counted(self.unwritten, "trial")
+            )
+            .into());
+        }
+        Ok(())
     }
 
     fn json(&self, settings: &Settings) -> Value {
@@ -159,8 +184,11 @@ impl Tally {
     }
 }
 
+/// The outcome of a trial, the trial as JSON, and whether its report and its truth were written.
+type Scored = (Outcome, Value, anyhow::Result<()>);
+
 /// Diagnoses one case from its recordings alone, then reads its truth and scores the diagnosis.
-fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result<(Outcome, Value)> {
+fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result<Scored> {
     let (mut recordings, envelope) = case.into_parts();
     if args.shuffle {
         recordings = recordings.with_voltages_exchanged()?;
@@ -186,10 +214,12 @@ fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result
     }
     let seconds = started.elapsed().as_secs_f64();
     let seal = envelope.seal().to_owned();
-    if let Some(folder) = &folder {
-        output::text(&folder.join("report.html"), &report::html(&answer))?;
-        write_truth(&folder.join("truth.json"), envelope.clone())?;
-    }
+    // What could not be written takes nothing from the score.
+    let written = folder.map_or(Ok(()), |folder| {
+        let report = output::text(&folder.join("report.html"), &report::html(&answer));
+        let truth = write_truth(&folder.join("truth.json"), envelope.clone());
+        report.and(truth.map_err(Into::into))
+    });
     let (truth, text) = envelope.open();
     let may_add = may_also_name(args.beam);
     let said = Diagnosis::from(&answer);
@@ -206,7 +236,7 @@ fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result
         "outcome": outcome,
         "seconds": seconds,
     });
-    Ok((outcome, note))
+    Ok((outcome, note, written))
 }
 
 /// One trial in a line.

@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::{interrupt, output};
+use super::{interrupt, terminal};
 use crate::diagnose::{
     DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress, Diagnosis, diagnose,
 };
@@ -23,7 +23,7 @@ pub fn watched(
     let progress = |p: &DiagnoseProgress| {
         // A panic in another thread while it wrote a line leaves the text usable.
         let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
-        output::progress(&line(p), *last != p.stage);
+        terminal::progress(&line(p), *last != p.stage);
         *last = p.stage;
     };
     let control = DiagnoseControl {
@@ -37,7 +37,7 @@ pub fn watched(
         &DiagnoseOptions::default(),
         &control,
     );
-    output::end_of_progress();
+    terminal::end_of_progress();
     answer
 }
 

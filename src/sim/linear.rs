@@ -246,6 +246,9 @@ impl Propagator {
     }
 }
 
+/// Time constants after which `exp` of a decay is zero in double precision.
+const MAX_DECAY_TIMES: f64 = 746.0;
+
 /// One decay `z' = -rate z + input` over a step of given length.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DecayPropagator {
@@ -262,9 +265,10 @@ impl DecayPropagator {
         for k in 0..S - 1 {
             let end = NODES[k + 1] * h;
             result.state[k] = (-rate * end).exp();
-            // Panels that grow from the step's end, where the kernel is largest.
+            // Panels that grow from the step's end, where the kernel is largest. Beyond the last
+            // one it is zero to rounding.
             let (mut from, mut width) = (0.0, if rate > 0.0 { 1.0 / rate } else { end });
-            while from < end {
+            while from < end && rate * from < MAX_DECAY_TIMES {
                 let to = (from + width).min(end);
                 for &(point, weight) in gauss() {
                     let back = from + (to - from) * point;

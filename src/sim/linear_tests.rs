@@ -136,7 +136,7 @@ fn closed_forms() {
 
 #[test]
 fn decays_of_any_speed_are_exact() {
-    for rate in [0.0, 1e-3, 1.0, 30.0, 1e4, 1e9] {
+    for rate in [0.0, 1e-3, 1.0, 30.0, 1e4, 1e9, 1e300] {
         let p = DecayPropagator::new(rate, 1.0);
         // Constant input 1: z = (1 - exp(-rate)) / rate.
         let sum: f64 = p.input[S - 2].iter().sum();
@@ -147,4 +147,6 @@ fn decays_of_any_speed_are_exact() {
         };
         assert!((sum / exact - 1.0).abs() < 1e-12, "{rate}: {sum} {exact}");
     }
+    let p = DecayPropagator::new(f64::INFINITY, 1.0);
+    assert_eq!((p.input, p.state), ([[0.0; S]; S - 1], [0.0; S - 1]));
 }

@@ -87,6 +87,7 @@ pub fn simulate_while(
     let samples = intervals as usize + 1;
     let mut trace = runner.new_trace();
     trace.reserve(samples);
+    runner.limit_samples(samples);
     let end = duration.max((samples - 1) as f64 / options.rate);
     // Whole steps are taken: the pieces give the same trace as one run.
     while runner.time() < end {

@@ -9,6 +9,16 @@ use crate::model::drive::Segment;
 use crate::model::effects::Kinematics;
 use crate::model::sensor::Point;
 
+/// Which samples of a run come next.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SampleRange {
+    /// Number of the next sample.
+    pub next: u64,
+    /// Number of the first sample that nobody asks for. A step may be far longer than the run, and
+    /// hold any number of samples.
+    pub end: u64,
+}
+
 /// Sample times that fall into a part of a step.
 pub(super) struct Sink {
     start: f64,
@@ -16,40 +26,52 @@ pub(super) struct Sink {
     end: f64,
     rate: f64,
     delay: f64,
-    next: u64,
+    samples: SampleRange,
 }
 
 impl Sink {
-    /// Samples from number `next` on, taken `delay` \[s\] late, that lie before fraction `s`
-    /// of the step of `h` at `t`.
-    pub fn new(options: &Options, t: f64, h: f64, s: f64, next: u64, delay: f64) -> Self {
+    /// Those of `samples`, taken `delay` \[s\] late, that lie before fraction `s` of the step of
+    /// `h` at `t`.
+    pub fn new(
+        options: &Options,
+        t: f64,
+        h: f64,
+        s: f64,
+        samples: SampleRange,
+        delay: f64,
+    ) -> Self {
         Self {
             start: t,
             h,
             end: t + s * h,
             rate: options.rate,
             delay,
-            next,
+            samples,
         }
     }
 
     /// Whether no sample falls into the part.
     pub fn is_empty(&self) -> bool {
-        self.next as f64 / self.rate - self.delay >= self.end
+        self.upcoming().is_none()
+    }
+
+    /// Time that the next sample shows, if it falls into the part and is asked for.
+    fn upcoming(&self) -> Option<f64> {
+        let t = self.samples.next as f64 / self.rate - self.delay;
+        (t < self.end && self.samples.next < self.samples.end).then_some(t)
     }
 
     /// Time that the next sample shows, and its fraction of the step.
     pub fn next(&mut self) -> Option<(f64, f64)> {
-        let t = self.next as f64 / self.rate - self.delay;
-        (t < self.end).then(|| {
-            self.next += 1;
+        self.upcoming().map(|t| {
+            self.samples.next += 1;
             (t, ((t - self.start) / self.h).max(0.0))
         })
     }
 
-    /// Number of the first sample not taken.
-    pub fn next_sample(&self) -> u64 {
-        self.next
+    /// The samples not taken yet.
+    pub fn rest(&self) -> SampleRange {
+        self.samples
     }
 
     /// Notes in the trace that a contact lasts from `since` until `t` at least.

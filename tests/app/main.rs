@@ -1,5 +1,7 @@
 //! The program from outside: the command line, and the window where there is a display.
 
 mod commands;
+#[cfg(target_os = "linux")]
+mod outputs;
 #[cfg(feature = "gui")]
 mod window;

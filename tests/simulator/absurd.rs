@@ -1,11 +1,15 @@
 //! Parameters that no device has: the simulator ends within the steps it is given, with a
 //! sound trace or with an error that says what is wrong.
 
-use impactscope::model::drive::Waveform;
+use std::sync::{Arc, Mutex, mpsc};
+use std::time::Duration;
+
+use impactscope::model::drive::{VoltageTable, Waveform};
 use impactscope::model::effects::ActiveEffect;
+use impactscope::model::parameter::ParameterId;
 use impactscope::model::preset::Preset;
 use impactscope::model::{Model, effects};
-use impactscope::sim::{Options, SimError, Trace, simulate};
+use impactscope::sim::{Options, Runner, SimError, Trace, simulate};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -317,5 +321,162 @@ fn senseless_options_are_refused_by_name() {
             "{duration}: {} samples",
             outcome.unwrap().len()
         );
+    }
+}
+
+/// Wall time after which a case counts as endless; all of them together take seconds.
+const ENDLESS: Duration = Duration::from_secs(240);
+
+/// Does `work` on a thread of its own. It names each case before it begins it; one that does not
+/// end is named here.
+fn that_ends(work: impl FnOnce(&dyn Fn(String)) + Send + 'static) {
+    let case = Arc::new(Mutex::new(String::new()));
+    let (done, end) = mpsc::channel();
+    let named = Arc::clone(&case);
+    let thread = std::thread::spawn(move || {
+        // Dropped where the work is done, or has failed.
+        let _done: mpsc::Sender<()> = done;
+        work(&|name| *named.lock().unwrap() = name);
+    });
+    if end.recv_timeout(ENDLESS) == Err(mpsc::RecvTimeoutError::Timeout) {
+        panic!("{} does not end", case.lock().unwrap());
+    }
+    if let Err(panic) = thread.join() {
+        std::panic::resume_unwind(panic);
+    }
+}
+
+/// Ends of a parameter's limits, and numbers near the ends of all numbers.
+fn extremes((low, high): (f64, f64)) -> Vec<f64> {
+    let tiny = f64::from_bits(1);
+    let mut all = vec![
+        0.0, low, high, tiny, -tiny, 1e-300, -1e-300, 1e300, -1e300, 1e-12,
+    ];
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
+}
+
+/// Runs for a few samples and a few steps, and judges how many samples came and how much room
+/// was made for them.
+fn bounded(model: &Model, drive: &Waveform) -> Result<Option<Trace>, String> {
+    const SAMPLES: usize = 6;
+    /// What a trace may reserve beyond its samples.
+    const ROOM: usize = 256;
+    let options = Options {
+        max_steps: 60,
+        max_events: 60,
+        ..Options::default()
+    };
+    let Ok(trace) = simulate(model, drive, 1e-4, &options) else {
+        return Ok(None);
+    };
+    let room = trace.proof_mass.capacity().max(trace.voltage.capacity());
+    if trace.len() != SAMPLES || room > ROOM {
+        return Err(format!("{} samples, room for {room}", trace.len()));
+    }
+    all_finite(&trace).map(|()| Some(trace))
+}
+
+#[test]
+fn every_effect_ends_at_the_extremes_of_its_parameters() {
+    that_ends(|name| {
+        let square = Waveform::parse("square:15Hz:8V", 0.1).unwrap();
+        for spec in effects::CATALOGUE {
+            let run = |changes: &[(&str, f64)]| {
+                name(format!("{} {changes:?}", spec.id));
+                let mut model = Preset::default().model;
+                let mut effect = ActiveEffect::new(spec);
+                for (id, value) in changes {
+                    effect.set(id, *value);
+                }
+                model.effects.push(effect);
+                if let Err(reason) = bounded(&model, &square) {
+                    panic!("{} {changes:?}: {reason}", spec.id);
+                }
+            };
+            for (i, a) in spec.parameters.iter().enumerate() {
+                for x in extremes(a.limits) {
+                    run(&[(a.id, x)]);
+                    for b in &spec.parameters[..i] {
+                        for y in extremes(b.limits) {
+                            run(&[(a.id, x), (b.id, y)]);
+                        }
+                    }
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn every_device_ends_at_the_extremes_of_its_parameters() {
+    that_ends(|name| {
+        let points = (vec![0.0, 2e-5, 3e-5], vec![0.0, 8.0, -8.0]);
+        let table = VoltageTable::new("three points", points.0, points.1).unwrap();
+        let drives = [Waveform::Rest, Waveform::Table(Arc::new(table))];
+        for preset in ["paper", "paper-as-printed", "oscillator", "faller"] {
+            let device = Preset::embedded(preset).unwrap().model;
+            for id in ParameterId::ALL.into_iter().filter(|id| device.uses(*id)) {
+                for value in extremes(id.spec().limits) {
+                    name(format!("{preset} {} = {value:e}", id.spec().id));
+                    let mut model = device.clone();
+                    if model.set(id.spec().id, value).is_err() {
+                        continue;
+                    }
+                    for drive in &drives {
+                        if let Err(reason) = bounded(&model, drive) {
+                            panic!("{preset} {} = {value:e}: {reason}", id.spec().id);
+                        }
+                    }
+                }
+            }
+        }
+    });
+}
+
+/// A step of the slow device is 10^5 s long, and late readings begin 1000 s before the run.
+#[test]
+fn no_more_samples_are_taken_than_are_asked_for() {
+    let mut slow = Preset::embedded("oscillator").unwrap().model;
+    slow.set("f1", 1e-5).unwrap();
+    let mut late = Preset::default().model;
+    let mut effect = ActiveEffect::new(effects::find("sensor_lag").unwrap());
+    effect.set("delay", 1e3);
+    late.effects.push(effect);
+    for model in [&slow, &late] {
+        let trace = simulate(model, &Waveform::Rest, 0.1, &options()).unwrap();
+        assert_eq!(trace.len(), 5001);
+        let forces = trace.forces.unwrap();
+        for column in [&trace.proof_mass, &trace.voltage, &forces.film] {
+            assert!(column.capacity() < 6000, "room for {}", column.capacity());
+        }
+    }
+    // A run without a last sample would be ahead by all of the delay.
+    let mut runner = Runner::new(&late, &Waveform::Rest, &options()).unwrap();
+    let mut trace = runner.new_trace();
+    let error = runner.advance(1e-3, &mut trace).unwrap_err();
+    assert!(error.to_string().contains("delay"), "{error}");
+    assert!(trace.is_empty());
+}
+
+#[test]
+fn a_time_constant_too_short_to_follow_is_none() {
+    let square = Waveform::parse("square:15Hz:8V", 0.1).unwrap();
+    // Before the first impact, after which the smallest difference grows.
+    let run = |model: &Model| simulate(model, &square, 3e-4, &options()).unwrap();
+    let without = run(&Preset::default().model);
+    for id in ["sensor_lag", "amplifier_lag", "film_spring"] {
+        for tau in [f64::from_bits(1), 1e-300, 1e-25] {
+            let mut model = Preset::default().model;
+            let mut effect = ActiveEffect::new(effects::find(id).unwrap());
+            effect.set("tau", tau);
+            model.effects.push(effect);
+            let with = run(&model);
+            assert_eq!(with.len(), without.len());
+            for (a, b) in with.proof_mass.iter().zip(&without.proof_mass) {
+                assert!((a - b).abs() < 1e-11, "{id} {tau:e}: {a} {b}");
+            }
+        }
     }
 }

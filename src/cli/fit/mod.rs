@@ -13,7 +13,8 @@ use clap::Args;
 
 use self::profile::Profile;
 use super::device::{add_effect, set_parameter};
-use super::{Failure, interrupt, output, read, wrong_command};
+use super::output::Results;
+use super::{Failure, interrupt, output, read, terminal, wrong_command};
 use crate::fit::{Control, FitError, FitOptions, Progress, fit as run_fit};
 use crate::model::preset::Preset;
 use crate::model::unit::format_number;
@@ -52,10 +53,11 @@ pub struct Arguments {
     /// After the fit, hold this parameter at values around the best and refit the others: profile and 95 % interval
     #[arg(long, value_name = "ID", conflicts_with = "step")]
     profile: Option<String>,
-    /// File for the fitted device (a preset); with --step the device with the result of the step
+    /// File for the fitted device (a preset); with --step the device with the result of the step; -
+    /// for standard output, then without the summary
     #[arg(long, value_name = "FITTED.toml")]
     out: Option<PathBuf>,
-    /// File for the result as JSON; - for standard output
+    /// File for the result as JSON; - for standard output, then without the summary
     #[arg(long, value_name = "F")]
     json: Option<PathBuf>,
 }
@@ -65,6 +67,67 @@ pub struct Arguments {
 /// # Errors
 /// [`Failure`] with the exit code.
 pub fn run(args: &Arguments) -> Result<(), Failure> {
+    let (mut preset, options) = device_and_options(args)?;
+    let outputs = [
+        ("--out", args.out.as_deref()),
+        ("--json", args.json.as_deref()),
+    ];
+    let inputs = [&args.recordings[..], &args.held_out].concat();
+    let mut results = output::ready(&outputs, &inputs)?;
+    let doubted = Once::new();
+    let progress = |p: &Progress| {
+        doubted.call_once(|| show_doubts(p));
+        show_progress(p);
+    };
+    // Only from here on: while files are read, Ctrl-C ends the program.
+    let control = || Control {
+        cancel: interrupt::flag(),
+        progress: &progress,
+    };
+    if let Some(step) = &args.step {
+        let recordings = read::read(&args.recordings)?;
+        let inputs = steps::StepInputs {
+            model: &preset.model,
+            recordings: &recordings,
+            options: &options,
+            control: &control(),
+        };
+        if let Some(found) = steps::run(step, &inputs, args.json.as_deref(), &mut results)? {
+            found.apply(&mut preset.model);
+        }
+        add_device(&mut results, preset, args.out.as_deref());
+        return end(results);
+    }
+    let (train, held_out) = read::both_sides(&args.recordings, &args.held_out)?;
+    let fitted = run_fit(&preset.model, &train, &held_out, &options, &control());
+    terminal::end_of_progress();
+    let fitted = fitted.map_err(for_the_command_line)?;
+    preset.model = fitted.model.clone();
+    add_device(&mut results, preset, args.out.as_deref());
+    results.say(&result::text(&fitted));
+    let mut value = result::as_json(&fitted);
+    let mut profiled = Ok(());
+    // A cancelled fit is not at its minimum, so it has no profile.
+    if let Some(id) = args.profile.as_deref().filter(|_| !fitted.cancelled) {
+        // A profile takes long, and what is found already does not wait for it.
+        results.deliver();
+        let profile = Profile::new(&fitted, &train, id, &options, &control());
+        terminal::end_of_progress();
+        profiled = profile.map(|profile| {
+            results.say(&profile.text());
+            value["profile"] = profile.as_json();
+        });
+    }
+    if let Some(path) = &args.json {
+        results.add_json(path, &value);
+    }
+    let ended = end(results);
+    profiled?;
+    ended
+}
+
+/// The device to begin with, and what is asked of the fit.
+fn device_and_options(args: &Arguments) -> Result<(Preset, FitOptions), Failure> {
     let mut preset = Preset::load(&args.preset)?;
     for text in &args.effect {
         add_effect(&mut preset.model, text).map_err(wrong_command)?;
@@ -100,68 +163,21 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             "--step {step} finds no parameter values; omit --out"
         )));
     }
-    let outputs = [
-        ("--out", args.out.as_deref()),
-        ("--json", args.json.as_deref()),
-    ];
-    let inputs = [&args.recordings[..], &args.held_out].concat();
-    output::ready(&outputs, &inputs)?;
-    let doubted = Once::new();
-    let progress = |p: &Progress| {
-        doubted.call_once(|| show_doubts(p));
-        show_progress(p);
-    };
-    // Only from here on: while files are read, Ctrl-C ends the program.
-    let control = || Control {
-        cancel: interrupt::flag(),
-        progress: &progress,
-    };
-    if let Some(step) = &args.step {
-        let recordings = read::read(&args.recordings)?;
-        let inputs = steps::StepInputs {
-            model: &preset.model,
-            recordings: &recordings,
-            options: &options,
-            control: &control(),
-        };
-        if let Some(found) = steps::run(step, &inputs, args.json.as_deref())? {
-            found.apply(&mut preset.model);
-        }
-        return write_device(preset, args.out.as_deref());
-    }
-    let (train, held_out) = read::both_sides(&args.recordings, &args.held_out)?;
-    let fitted = run_fit(&preset.model, &train, &held_out, &options, &control());
-    output::end_of_progress();
-    let fitted = fitted.map_err(for_the_command_line)?;
-    let aloud = args.json.as_deref() != Some(Path::new("-"));
-    if aloud {
-        output::to_stdout(|out| Ok(out.write_all(result::text(&fitted).as_bytes())?))?;
-    }
-    let mut value = result::as_json(&fitted);
-    // A cancelled fit is not at its minimum, so it has no profile.
-    if let Some(id) = args.profile.as_deref().filter(|_| !fitted.cancelled) {
-        let profile = Profile::new(&fitted, &train, id, &options, &control());
-        output::end_of_progress();
-        let profile = profile?;
-        if aloud {
-            output::to_stdout(|out| Ok(out.write_all(profile.text().as_bytes())?))?;
-        }
-        value["profile"] = profile.as_json();
-    }
-    if let Some(path) = &args.json {
-        output::json(path, &value)?;
-    }
-    preset.model = fitted.model;
-    write_device(preset, args.out.as_deref())
+    Ok((preset, options))
 }
 
-/// Writes the device, if `--out` is given. Cancelled work ends with an error, but only after
-/// everything that it found is written.
-fn write_device(mut preset: Preset, out: Option<&Path>) -> Result<(), Failure> {
+/// Adds the device to the results, if `--out` is given.
+fn add_device(results: &mut Results, mut preset: Preset, out: Option<&Path>) {
     if let Some(path) = out {
         preset.about = format!("{} (fitted)", preset.about.trim_end_matches(" (fitted)"));
-        output::text(path, &preset.to_toml())?;
+        results.add(path, preset.to_toml());
     }
+}
+
+/// Writes the results. Cancelled work ends with an error, but only after everything that it found
+/// is written.
+fn end(results: Results) -> Result<(), Failure> {
+    results.end()?;
     if interrupt::stopped() {
         return Err(interrupt::cancelled());
     }
@@ -198,7 +214,7 @@ fn for_the_command_line(error: FitError) -> Failure {
 /// Prints doubts about the recordings before the first line of progress.
 fn show_doubts(p: &Progress) {
     for doubt in p.doubts.iter() {
-        eprintln!("impactscope: warning: {doubt}");
+        terminal::warning(doubt);
     }
 }
 
@@ -210,7 +226,7 @@ fn show_progress(p: &Progress) {
         format_number(p.misfit, 3),
         p.remaining.as_secs_f64()
     );
-    output::progress(&line, true);
+    terminal::progress(&line, true);
 }
 
 #[cfg(test)]

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 
 use super::result;
-use crate::cli::output;
+use crate::cli::output::Results;
+use crate::cli::terminal;
 use crate::fit::paper_steps::adhesion::Adhesion;
 use crate::fit::paper_steps::drive::{BranchFit, DriveFit};
 use crate::fit::paper_steps::film::Film;
@@ -50,8 +51,8 @@ pub fn finds_values(name: &str) -> bool {
     Step::find(name).is_some_and(Step::finds_values)
 }
 
-/// Takes a step. The summary goes to standard output, the numbers to `json_file`. Returns what
-/// was found; `None` for the guide.
+/// Takes a step. `results` take the summary and, for `json_file`, the numbers. Returns what was
+/// found; `None` for the guide.
 ///
 /// # Errors
 /// Those of the step.
@@ -59,6 +60,7 @@ pub fn run(
     name: &str,
     inputs: &StepInputs<'_>,
     json_file: Option<&Path>,
+    results: &mut Results,
 ) -> anyhow::Result<Option<StepResult>> {
     let StepInputs {
         model,
@@ -67,12 +69,12 @@ pub fn run(
         control,
     } = *inputs;
     let found = Step::find(name).map(|step| take(step, model, recordings, None, options, control));
-    output::end_of_progress();
+    terminal::end_of_progress();
     let found = found.transpose()?;
     let (text, value) = match &found {
         None => {
             let found = guide(model, recordings, options, control);
-            output::end_of_progress();
+            terminal::end_of_progress();
             if control.cancelled() {
                 // A cancelled check is no reason against a step.
                 return Err(FitError::Cancelled.into());
@@ -85,11 +87,9 @@ pub fn run(
         Some(StepResult::Film(found)) => damping(found),
         Some(StepResult::Sensitivity(found)) => twice(found),
     };
-    if json_file != Some(Path::new("-")) {
-        output::to_stdout(|out| Ok(out.write_all(text.as_bytes())?))?;
-    }
+    results.say(&text);
     if let Some(path) = json_file {
-        output::json(path, &value)?;
+        results.add_json(path, &value);
     }
     Ok(found)
 }

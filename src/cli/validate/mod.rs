@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::device::{add_effect, set_parameter};
 use super::fit::result;
-use super::{Failure, interrupt, output, wrong_command};
+use super::{Failure, interrupt, output, terminal, wrong_command};
 use crate::fit::table_a1::calibrate::{
     FREE_PARAMETERS, LeftOut, MAX_GENERATIONS, Misfit, TABLE_LIMITS, TableFit, fit_table,
 };
@@ -129,7 +129,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             model.name
         )));
     }
-    output::ready(&[("--json", args.json.as_deref())], &[])?;
+    let mut results = output::ready(&[("--json", args.json.as_deref())], &[])?;
     let fitted = (args.fit || args.suspects).then(|| fit(&model));
     let whole = fitted
         .as_ref()
@@ -145,26 +145,20 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         against_paper_simulation: statistics(&rows, Column::Paper),
         against_experiment: statistics(&rows, Column::Experiment),
     };
-    let to_stdout = args
-        .json
-        .as_ref()
-        .is_some_and(|path| path.as_os_str() == "-");
-    if !to_stdout {
-        output::to_stdout(|out| {
-            if let Some(fit) = &fitted {
-                fit_summary(out, fit)?;
-            }
-            match &ranking {
-                Some(ranking) => self::rank_effects::summary(out, ranking)?,
-                None if fitted.is_some() => writeln!(out, "{TABLE_LIMITS}\n")?,
-                None => {}
-            }
-            summary(out, &rows, &both)
-        })?;
+    let mut text: Vec<u8> = Vec::new();
+    if let Some(fit) = &fitted {
+        fit_summary(&mut text, fit)?;
     }
+    match &ranking {
+        Some(ranking) => self::rank_effects::summary(&mut text, ranking)?,
+        None if fitted.is_some() => writeln!(text, "{TABLE_LIMITS}\n")?,
+        None => {}
+    }
+    summary(&mut text, &rows, &both)?;
+    results.say(&String::from_utf8_lossy(&text));
     if let Some(path) = &args.json {
         let cases = rows.iter().map(case).collect();
-        output::json(
+        results.add_json(
             path,
             &Json {
                 cases,
@@ -172,8 +166,9 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
                 fit: fitted.as_ref().map(FitJson::new),
                 suspects: ranking.clone(),
             },
-        )?;
+        );
     }
+    results.end()?;
     if fitted.is_some_and(|fit| fit.cancelled) || ranking.is_some_and(|ranking| ranking.cancelled) {
         return Err(interrupt::cancelled());
     }
@@ -197,10 +192,10 @@ fn progress<T>(what: &str, parts: f64, work: impl FnOnce(&mut dyn FnMut(f64) -> 
         let left = started.elapsed().as_secs_f64() * (1.0 - share) / share;
         let line = format!("{what}: {:3.0} %, about {left:.0} s left", 100.0 * share);
         let part = (parts * share).floor() as usize;
-        output::progress(&line, said.replace(part) != Some(part));
+        terminal::progress(&line, said.replace(part) != Some(part));
         !stop.load(Ordering::Relaxed)
     });
-    output::end_of_progress();
+    terminal::end_of_progress();
     done
 }
 

@@ -10,6 +10,7 @@
 use super::{
     Action, EdgeLag, EffectSpec, EvidenceFigure, Facts, FormError, FormTolerance, FoundBy,
     Kinematics, LagKind, Motion, Need, Quantity, RefinedBounds, Refinement, Search, Start,
+    followed_time_constant,
 };
 use crate::model::bisection::bisect;
 use crate::model::drive::{Segment, Shape};
@@ -66,9 +67,10 @@ pub static EFFECT: EffectSpec = EffectSpec {
         },
     ],
     build: |values, _| {
-        let (tau, pace) = (values[0], values[1]);
+        let (mut tau, pace) = (values[0], values[1]);
         let mut rates = Vec::new();
         if tau > 0.0 {
+            tau = followed_time_constant(tau);
             rates.push(1.0 / tau);
         }
         if pace > 0.0 {

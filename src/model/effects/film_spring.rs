@@ -5,7 +5,7 @@
 
 use super::{
     Action, EffectSpec, EvidenceFigure, Facts, FormError, FoundBy, Kinematics, Motion, Need,
-    Quantity, Search, Start,
+    Quantity, Search, Start, followed_time_constant,
 };
 use crate::model::parameter::{ParameterId, ParameterSpec, Rank, Scale};
 
@@ -63,7 +63,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         let parameters = around.parameters;
         Box::new(FilmSpring {
             rates: if tau > 0.0 {
-                vec![max_time_ratio / tau]
+                vec![max_time_ratio / followed_time_constant(tau)]
             } else {
                 Vec::new()
             },

@@ -5,7 +5,7 @@
 
 use super::{
     Action, EdgeLag, EffectSpec, EvidenceFigure, Facts, FoundBy, Kinematics, LagKind, Motion, Need,
-    Quantity, Search, Start,
+    Quantity, Search, Start, followed_time_constant,
 };
 use crate::model::parameter::{ParameterSpec, Rank, Scale};
 use crate::model::sensor::Point;
@@ -49,7 +49,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
     build: |values, _| {
         Box::new(SensorLag {
             rates: if values[0] > 0.0 {
-                vec![1.0 / values[0]; 2]
+                vec![1.0 / followed_time_constant(values[0]); 2]
             } else {
                 Vec::new()
             },

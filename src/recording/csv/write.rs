@@ -1,6 +1,7 @@
 //! Writing `t [s],V [V],xp [um],xc [um]` so that it reads back bit for bit.
 
 use std::io::Write;
+use std::ops::Range;
 
 use rayon::prelude::*;
 use thiserror::Error;
@@ -10,7 +11,12 @@ use crate::recording::times::exact_time::ExactTime;
 use crate::recording::{Channel, Recording};
 
 /// Rows formatted by one thread at a time.
-const BLOCK_ROWS: usize = 8192;
+const BLOCK_ROWS: usize = 4096;
+/// Such blocks for each thread before they are written: few enough to stand in memory, enough for
+/// threads that begin late.
+const BLOCKS_PER_THREAD: usize = 8;
+/// Length of a row \[bytes\], for the room that is made.
+const ROW_LENGTH: usize = 72;
 
 /// Why nothing, or not all, was written.
 #[derive(Debug, Error)]
@@ -89,22 +95,24 @@ fn write_from(
 
     // In batches, so that a long file does not stand in memory as text.
     let starts: Vec<usize> = (0..rows).step_by(BLOCK_ROWS).collect();
-    for batch in starts.chunks(4 * rayon::current_num_threads().max(1)) {
+    let threads = rayon::current_num_threads().max(1);
+    for batch in starts.chunks(BLOCKS_PER_THREAD * threads) {
         let texts: Vec<Vec<u8>> = batch
             .par_iter()
             .map(|&start| {
-                let mut text = Vec::with_capacity(BLOCK_ROWS * 64);
+                let mut text = Vec::with_capacity(BLOCK_ROWS.min(rows - start) * ROW_LENGTH);
+                let [mut volts, mut mass, mut beam] = [0, 6, 6].map(Column::new);
                 for i in start..(start + BLOCK_ROWS).min(rows) {
                     put_time(&mut text, origin, time.at(i));
                     if let Some(voltage) = voltage {
                         text.push(b',');
-                        put(&mut text, voltage[i], 0);
+                        volts.put(&mut text, voltage[i]);
                     }
                     text.push(b',');
-                    put(&mut text, proof_mass[i], 6);
+                    mass.put(&mut text, proof_mass[i]);
                     if let Some(cantilever) = cantilever {
                         text.push(b',');
-                        put(&mut text, cantilever[i], 6);
+                        beam.put(&mut text, cantilever[i]);
                     }
                     text.push(b'\n');
                 }
@@ -133,6 +141,36 @@ pub fn write_recording(out: &mut dyn Write, recording: &Recording) -> Result<(),
     )
 }
 
+/// A column within a block. A voltage that stands and a mass at rest are formatted once.
+struct Column {
+    shift: i32,
+    /// Bits of the value written last, and where its text is.
+    last: Option<(u64, Range<usize>)>,
+}
+
+impl Column {
+    fn new(shift: i32) -> Self {
+        Self { shift, last: None }
+    }
+
+    fn put(&mut self, text: &mut Vec<u8>, value: f64) {
+        let bits = value.to_bits();
+        match &self.last {
+            Some((last, cell)) if *last == bits => text.extend_from_within(cell.clone()),
+            _ => {
+                let start = text.len();
+                put(text, value, self.shift);
+                self.last = Some((bits, start..text.len()));
+            }
+        }
+    }
+}
+
+/// Room for the shortest digits of any number, with leading and trailing zeros.
+const MAX_DIGITS: usize = 40;
+/// Zeros between the point and the digits of a number in plain notation.
+const PLAIN_ZEROS: [u8; 17] = [b'0'; 17];
+
 /// Appends `origin + time` exactly.
 fn put_time(text: &mut Vec<u8>, origin: &ExactTime, time: f64) {
     if origin.is_zero() || !time.is_finite() {
@@ -155,32 +193,22 @@ fn put(text: &mut Vec<u8>, value: f64, shift: i32) {
         text.push(b'0');
         return;
     }
-    let start = text.len();
-    // Writing to a Vec cannot fail.
-    let _ = write!(text, "{value:e}");
-    let scientific = text.split_off(start);
-    let (mantissa, exponent) = match scientific.iter().position(|b| *b == b'e') {
-        Some(at) => (&scientific[..at], &scientific[at + 1..]),
-        None => (&scientific[..], &b"0"[..]),
-    };
-    let exponent: i32 = std::str::from_utf8(exponent)
-        .ok()
-        .and_then(|e| e.parse().ok())
-        .unwrap_or(0);
     if value < 0.0 {
         text.push(b'-');
     }
-    let digits: Vec<u8> = mantissa
-        .iter()
-        .copied()
-        .filter(u8::is_ascii_digit)
-        .collect();
-    let point = exponent + shift + 1; // digits before the decimal point
+    let mut room = [0; MAX_DIGITS];
+    let (digits, point) = if may_lie_between(value) {
+        split(&format!("{:e}", value.abs()), &mut room)
+    } else {
+        split(zmij::Buffer::new().format_finite(value.abs()), &mut room)
+    };
+    // Digits before the decimal point.
+    let point = point + shift;
     let n = digits.len() as i32;
     if (1..=17).contains(&point) {
         if point >= n {
-            text.extend_from_slice(&digits);
-            text.resize(text.len() + (point - n) as usize, b'0');
+            text.extend_from_slice(digits);
+            text.extend_from_slice(&PLAIN_ZEROS[..(point - n) as usize]);
         } else {
             text.extend_from_slice(&digits[..point as usize]);
             text.push(b'.');
@@ -188,16 +216,64 @@ fn put(text: &mut Vec<u8>, value: f64, shift: i32) {
         }
     } else if (-5..=0).contains(&point) {
         text.extend_from_slice(b"0.");
-        text.resize(text.len() + (-point) as usize, b'0');
-        text.extend_from_slice(&digits);
+        text.extend_from_slice(&PLAIN_ZEROS[..(-point) as usize]);
+        text.extend_from_slice(digits);
     } else {
         text.push(digits.first().copied().unwrap_or(b'0'));
         if n > 1 {
             text.push(b'.');
             text.extend_from_slice(&digits[1..]);
         }
+        // Writing to a Vec cannot fail.
         let _ = write!(text, "e{}", point - 1);
     }
+}
+
+/// Whether a number may lie in the very middle between two of its shortest decimals. There the
+/// standard library takes the upper one, `zmij` the even one; files keep the standard's digits.
+///
+/// Then the number has one digit more, a 5: it is `m 2^e` with an odd `m` and `m 5^-e < 10^18`, or
+/// a whole number with `5^(e+1)` in `m < 2^53`.
+fn may_lie_between(value: f64) -> bool {
+    /// Exponents `e` with which that is possible.
+    const TIE_EXPONENTS: std::ops::RangeInclusive<i32> = -25..=21;
+    /// Bits of a number's mantissa, and of its exponent; the exponent of a mantissa read as a
+    /// whole number, in the form in which it is stored.
+    const MANTISSA_BITS: u32 = f64::MANTISSA_DIGITS - 1;
+    const EXPONENT_MASK: u64 = 0x7ff;
+    const WHOLE_EXPONENT: i32 = f64::MAX_EXP - 1 + MANTISSA_BITS as i32;
+    let bits = value.to_bits();
+    let stored = ((bits >> MANTISSA_BITS) & EXPONENT_MASK) as i32;
+    // Of the leading bit, which is not stored, it matters only that it is there.
+    let mantissa = bits | (1 << MANTISSA_BITS);
+    TIE_EXPONENTS.contains(&(stored - WHOLE_EXPONENT + mantissa.trailing_zeros() as i32))
+}
+
+/// The digits of a shortest decimal such as `1.25e-7`, `1e+21`, `0.00125` or `1250.0`, without
+/// zeros around them, and how many of them stand before the point.
+fn split<'a>(decimal: &str, room: &'a mut [u8; MAX_DIGITS]) -> (&'a [u8], i32) {
+    let decimal = decimal.as_bytes();
+    let (mantissa, exponent) = match decimal.iter().rposition(|b| *b == b'e') {
+        Some(at) => (&decimal[..at], &decimal[at + 1..]),
+        None => (decimal, &b"0"[..]),
+    };
+    let (sign, size) = match exponent {
+        [b'-', size @ ..] => (-1, size),
+        [b'+', size @ ..] | size => (1, size),
+    };
+    let size = size.iter().fold(0, |n, b| 10 * n + i32::from(b - b'0'));
+    let (whole, part) = match mantissa.iter().position(|b| *b == b'.') {
+        Some(at) => (&mantissa[..at], &mantissa[at + 1..]),
+        None => (mantissa, &[][..]),
+    };
+    let count = whole.len() + part.len();
+    room[..whole.len()].copy_from_slice(whole);
+    room[whole.len()..count].copy_from_slice(part);
+    let zeros = room[..count].iter().take_while(|b| **b == b'0').count();
+    let last = room[..count].iter().rposition(|b| *b != b'0');
+    let end = last.map_or(zeros, |at| at + 1);
+    let point = whole.len() as i32 + sign * size - zeros as i32;
+    (&room[zeros..end], point)
 }
 
 #[cfg(test)]
@@ -224,6 +300,73 @@ mod tests {
         assert_eq!(text(100.0, 6), "100000000");
         assert_eq!(text(-0.0, 6), "0");
         assert_eq!(text(f64::NAN, 6), "NaN");
+    }
+
+    /// The standard library's digits, with the point moved by rewriting its exponent.
+    fn by_the_standard(value: f64, shift: i32) -> String {
+        let scientific = format!("{value:e}");
+        let (mantissa, exponent) = scientific.split_once('e').unwrap();
+        let exponent: i32 = exponent.parse().unwrap();
+        format!("{mantissa}e{}", exponent + shift)
+    }
+
+    /// The same text with the point behind the first digit.
+    fn scientific(text: &str) -> String {
+        let (text, exponent) = text.split_once('e').unwrap_or((text, "0"));
+        let (sign, text) = text.strip_prefix('-').map_or(("", text), |rest| ("-", rest));
+        let (whole, part) = text.split_once('.').unwrap_or((text, ""));
+        let all = format!("{whole}{part}");
+        let digits = all.trim_start_matches('0');
+        let skipped = all.len() - digits.len();
+        let exponent = exponent.parse::<i32>().unwrap() + whole.len() as i32 - skipped as i32 - 1;
+        let digits = digits.trim_end_matches('0');
+        let (first, rest) = digits.split_at(1);
+        let point = if rest.is_empty() { "" } else { "." };
+        format!("{sign}{first}{point}{rest}e{exponent}")
+    }
+
+    #[test]
+    fn digits_are_those_of_the_standard_library() {
+        let check = |value: f64| {
+            for shift in [0, 6] {
+                let own = text(value, shift);
+                assert_eq!(scientific(&own), by_the_standard(value, shift), "{own}");
+            }
+        };
+        // In the middle between two decimals of 17 digits.
+        for value in [2f64.powi(-25), 2f64.powi(50), -904169666483526.25] {
+            check(value);
+        }
+        for exponent in -1074..1024 {
+            let power = 2f64.powi(exponent);
+            [power, power.next_up(), power.next_down()]
+                .into_iter()
+                .filter(|v| *v != 0.0)
+                .for_each(check);
+        }
+        for i in 1..20_000 {
+            check(f64::from(i) / 50e3);
+            check(f64::from(i));
+            check(1e-4 * (f64::from(i) * 1.7e-3).sin());
+            // Bits without a pattern.
+            let bits = (i as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let value = f64::from_bits(bits);
+            if value.is_finite() {
+                check(value);
+            }
+            check((bits >> 11) as f64 / 8.0);
+        }
+    }
+
+    #[test]
+    fn values_that_stand_are_written_as_often_as_they_stand() {
+        let mut out = Vec::new();
+        let axis = TimeAxis::Uniform { t0: 0.0, dt: 1.0 };
+        let (v, x) = ([8.0, 8.0, -8.0], [0.0, -0.0, 1e-6]);
+        write_csv(&mut out, axis, Some(&v), &x, Some(&x)).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        let rows: Vec<&str> = text.lines().skip(1).collect();
+        assert_eq!(rows, ["0,8,0,0", "1,8,0,0", "2,-8,1,1"]);
     }
 
     #[test]

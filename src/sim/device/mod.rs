@@ -289,7 +289,16 @@ impl AttachedEffects {
                 adds_modes = effect.spec.id;
             }
             let first = rates.len();
-            rates.extend_from_slice(action.state_rates());
+            let own_rates = action.state_rates();
+            if let Some(rate) = own_rates.iter().find(|r| !(r.is_finite() && **r >= 0.0)) {
+                return Err(ModelError {
+                    parameter: effect.spec.id.to_owned(),
+                    reason: format!(
+                        "a state of it decays at {rate} 1/s, which cannot be followed; make its times longer"
+                    ),
+                });
+            }
+            rates.extend_from_slice(own_rates);
             force_states.resize(rates.len(), action.states_are_forces());
             effects.push(Attached {
                 id: effect.spec.id,

@@ -20,7 +20,7 @@ impl Runner {
     /// Samples of a flight step up to fraction `s`.
     pub(super) fn emit_flight(&mut self, h: f64, s: f64, trace: &mut Trace) {
         let delay = self.delay;
-        let mut sink = Sink::new(&self.options, self.t, h, s, self.next_sample, delay);
+        let mut sink = Sink::new(&self.options, self.t, h, s, self.samples, delay);
         if sink.is_empty() {
             return;
         }
@@ -59,7 +59,7 @@ impl Runner {
             };
             sample.push(device, &self.segment, trace);
         }
-        self.next_sample = sink.next_sample();
+        self.samples = sink.rest();
     }
 
     /// Samples of a held step up to fraction `s`. The mass is on the ground since `since` \[s\], or
@@ -73,7 +73,7 @@ impl Runner {
         trace: &mut Trace,
     ) {
         let delay = self.delay;
-        let mut sink = Sink::new(&self.options, self.t, h, s, self.next_sample, delay);
+        let mut sink = Sink::new(&self.options, self.t, h, s, self.samples, delay);
         if sink.is_empty() {
             return;
         }
@@ -109,6 +109,6 @@ impl Runner {
             };
             sample.push(device, &self.segment, trace);
         }
-        self.next_sample = sink.next_sample();
+        self.samples = sink.rest();
     }
 }

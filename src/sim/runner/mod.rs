@@ -9,13 +9,17 @@ mod motion;
 
 use super::device::{Device, dot};
 use super::error::{Options, SimError};
-use super::output::FastModes;
+use super::output::{FastModes, SampleRange};
 use super::step::tables::{Tables, phase_tables};
 use super::step::{Step, Touch};
 use super::stretch::StretchState;
 use super::trace::{Event, EventKind, Trace};
 use crate::model::Model;
 use crate::model::drive::{Segment, Waveform};
+
+/// Most samples by which a run without a last sample may be ahead of the time reached: as many as
+/// the window keeps of it.
+const MAX_SAMPLES_AHEAD: f64 = 2e6;
 
 /// Phase of the proof mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,7 +67,7 @@ pub struct Runner {
     level: usize,
     /// Delay of the samples \[s\].
     delay: f64,
-    next_sample: u64,
+    samples: SampleRange,
     steps: u64,
     events: u64,
 }
@@ -108,7 +112,10 @@ impl Runner {
             held_tables,
             level: 0,
             delay: device.reading_delay(),
-            next_sample: 0,
+            samples: SampleRange {
+                next: 0,
+                end: u64::MAX,
+            },
             steps: 0,
             events: 0,
             device,
@@ -135,7 +142,7 @@ impl Runner {
         runner.index = runner.drive.index_at(t);
         runner.whole = runner.drive.segment(runner.index);
         runner.phase = Phase::Flight;
-        runner.next_sample = (t * options.rate).ceil().max(0.0) as u64;
+        runner.samples.next = (t * options.rate).ceil().max(0.0) as u64;
         let (q, v) = match held_since {
             None => (&mut runner.q, &mut runner.v),
             Some(since) => {
@@ -164,7 +171,7 @@ impl Runner {
     pub fn new_trace(&self) -> Trace {
         let sensor = self.device.sensor;
         Trace {
-            t0: self.next_sample as f64 / self.options.rate,
+            t0: self.samples.next as f64 / self.options.rate,
             dt: 1.0 / self.options.rate,
             ground_level: self.device.ground.map(|g| g.level + sensor.offset_p),
             forces: self.options.forces.then(Default::default),
@@ -177,6 +184,11 @@ impl Runner {
         self.t
     }
 
+    /// Takes no more than `count` samples from t = 0 on, however long the last step is.
+    pub(super) fn limit_samples(&mut self, count: usize) {
+        self.samples.end = count as u64;
+    }
+
     /// Advances beyond `until` \[s\]. Samples, events and contacts are appended to `trace`. Only
     /// whole steps are taken, so that the run may end a little later. The result is the same in one
     /// piece or in many.
@@ -184,6 +196,7 @@ impl Runner {
     /// # Errors
     /// [`SimError`]; `trace` holds the results up to then.
     pub fn advance(&mut self, until: f64, trace: &mut Trace) -> Result<(), SimError> {
+        self.check_delay()?;
         while self.t <= until {
             self.enter_segment(trace)?;
             match self.phase {
@@ -193,6 +206,22 @@ impl Runner {
             }
         }
         Ok(())
+    }
+
+    /// Late samples are taken ahead of the time reached, by the delay. Without a last sample
+    /// nothing else limits how many.
+    fn check_delay(&self) -> Result<(), SimError> {
+        let ahead = self.delay * self.options.rate;
+        if self.samples.end < u64::MAX || ahead <= MAX_SAMPLES_AHEAD {
+            return Ok(());
+        }
+        Err(SimError::Options {
+            what: "delay of the readings",
+            reason: format!(
+                "{} s are {ahead:.0} samples, more than the {MAX_SAMPLES_AHEAD} that a run without an end can be ahead; make the delay shorter or the sample rate lower",
+                self.delay
+            ),
+        })
     }
 
     fn enter_segment(&mut self, trace: &mut Trace) -> Result<(), SimError> {

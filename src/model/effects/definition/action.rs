@@ -19,6 +19,16 @@ pub struct Surroundings<'a> {
     pub piezo: Option<Piezo>,
 }
 
+/// Shortest time constant of an extra state \[s\]: far below what any recording or step resolves.
+/// Its rate is still a number, and so is that rate times any input.
+const SHORTEST_TIME_CONSTANT: f64 = 1e-30;
+
+/// The time constant with which an extra state is followed \[s\], from the one asked for, above 0.
+/// A shorter one than any that shows acts as its limit, none at all.
+pub fn followed_time_constant(asked: f64) -> f64 {
+    asked.max(SHORTEST_TIME_CONSTANT)
+}
+
 /// State of the device as an effect sees it. SI.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Kinematics {

@@ -5,7 +5,7 @@ mod facts;
 mod search;
 mod spec;
 
-pub use action::{Action, Kinematics, Surroundings};
+pub use action::{Action, Kinematics, Surroundings, followed_time_constant};
 pub use facts::{
     ContactLaw, EdgeLag, EventFigure, EvidenceFigure, Facts, FallOff, LagKind, ModeLayout, Quantity,
 };

@@ -1,0 +1,358 @@
+//! Outputs that fail: no finished result is lost, no file is half written, and the exit code says
+//! what happened.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+/// A synthetic recording of the `paper` device.
+const RECORDING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/made-up-paper.csv");
+/// A simulation whose trace is larger than a pipe holds.
+const LONG_TRACE: &str = "simulate --drive square:15Hz:8V --duration 500ms";
+/// Length of the longest name of a file \[bytes\]: no name of a second file begins with it.
+const MAX_NAME_LENGTH: usize = 255;
+
+/// Runs a line of the shell in a folder; `$P` is the program, `$R` the recording.
+fn shell(folder: &Path, line: &str) -> Output {
+    Command::new("sh")
+        .args(["-c", line])
+        .current_dir(folder)
+        .env("P", env!("CARGO_BIN_EXE_impactscope"))
+        .env("R", RECORDING)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
+/// Runs the program with a standard output whose reader has gone.
+fn without_reader(folder: &Path, arguments: &[&str]) -> Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_impactscope"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    child.wait_with_output().unwrap()
+}
+
+fn error_of(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The one line with which a command ends that failed, without its progress and warnings.
+fn last_error(output: &Output) -> String {
+    let text = error_of(output);
+    assert!(!text.contains("panicked"), "{text}");
+    let errors: Vec<&str> = text
+        .lines()
+        .filter(|line| line.starts_with("impactscope: ") && !line.contains(": warning: "))
+        .collect();
+    assert_eq!(errors.len(), 1, "{text}");
+    errors[0].to_owned()
+}
+
+fn read(folder: &Path, name: &str) -> String {
+    std::fs::read_to_string(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+fn names_in(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+fn assert_whole_events(text: &str) {
+    assert!(text.starts_with("t [s],event,"), "{text}");
+    assert!(text.lines().count() > 2 && text.ends_with('\n'), "{text}");
+}
+
+fn assert_whole_report(text: &str) {
+    assert!(text.trim_end().ends_with("</html>"), "{} bytes", text.len());
+}
+
+fn assert_whole_json(text: &str) {
+    let value: serde_json::Value = serde_json::from_str(text).unwrap();
+    assert!(value.is_object());
+}
+
+#[test]
+fn a_reader_that_has_gone_is_no_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut arguments: Vec<&str> = LONG_TRACE.split(' ').collect();
+    arguments.extend(["--events", "events.csv"]);
+    let output = without_reader(folder, &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", error_of(&output));
+    assert_eq!(error_of(&output), "");
+    assert_whole_events(&read(folder, "events.csv"));
+    let output = without_reader(
+        folder,
+        &[
+            "diagnose", RECORDING, "--report", "r.html", "--json", "d.json",
+        ],
+    );
+    assert_eq!(output.status.code(), Some(0), "{}", error_of(&output));
+    assert_whole_report(&read(folder, "r.html"));
+    assert_whole_json(&read(folder, "d.json"));
+    let output = without_reader(folder, &["--help"]);
+    assert_eq!(output.status.code(), Some(0), "{}", error_of(&output));
+}
+
+#[test]
+fn a_full_standard_output_takes_no_file_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for line in [
+        format!("\"$P\" {LONG_TRACE} --events events.csv > /dev/full"),
+        "\"$P\" diagnose \"$R\" --report r.html --json d.json > /dev/full".to_owned(),
+        "\"$P\" fit \"$R\" --free eta --out fitted.toml --json f.json > /dev/full".to_owned(),
+        "\"$P\" validate --json v.json > /dev/full".to_owned(),
+        "\"$P\" --help > /dev/full".to_owned(),
+        "\"$P\" --version > /dev/full".to_owned(),
+    ] {
+        let output = shell(folder, &line);
+        let error = last_error(&output);
+        assert_eq!(output.status.code(), Some(1), "{line}: {error}");
+        for part in ["standard output", "No space left"] {
+            assert!(error.contains(part), "{line}: {error}");
+        }
+    }
+    assert_whole_events(&read(folder, "events.csv"));
+    assert_whole_report(&read(folder, "r.html"));
+    assert!(read(folder, "fitted.toml").contains("[parameters]"));
+    for name in ["d.json", "f.json", "v.json"] {
+        assert_whole_json(&read(folder, name));
+    }
+    assert_eq!(names_in(folder).len(), 6, "{:?}", names_in(folder));
+}
+
+#[test]
+fn a_trial_is_scored_though_its_report_and_standard_output_fail() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let trial = folder.join("files").join("seed-3");
+    // A folder has the report's name.
+    std::fs::create_dir_all(trial.join("report.html")).unwrap();
+    let output = shell(
+        folder,
+        "\"$P\" trial --seed 3 --conceal none --json t.json --files files > /dev/full",
+    );
+    let error = last_error(&output);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.contains("standard output"), "{error}");
+    let lines = error_of(&output);
+    assert!(
+        lines.contains("seed 3: cannot write files/seed-3/report.html"),
+        "{lines}"
+    );
+    let json: serde_json::Value = serde_json::from_str(&read(folder, "t.json")).unwrap();
+    assert_eq!(json["cases"].as_array().unwrap().len(), 1);
+    assert!(json["failed"].as_array().unwrap().is_empty());
+    assert_whole_json(&read(&trial, "truth.json"));
+}
+
+#[test]
+fn a_full_standard_error_changes_no_exit_code() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for (line, code) in [
+        // A warning.
+        (
+            "\"$P\" simulate --drive square:15Hz:30V --duration 10ms --out warned.csv",
+            0,
+        ),
+        // Progress.
+        ("\"$P\" fit \"$R\" --free eta --out fitted.toml", 0),
+        ("\"$P\" diagnose \"$R\" --json d.json", 0),
+        // Errors, ours and the parser's.
+        ("\"$P\" fit none.csv", 1),
+        ("\"$P\" simulate --set nonsense=1", 2),
+        ("\"$P\" simulate --nonsense", 2),
+    ] {
+        for closed in ["2> /dev/full", "2>&-"] {
+            let output = shell(folder, &format!("{line} {closed}"));
+            assert_eq!(output.status.code(), Some(code), "{line} {closed}");
+        }
+    }
+    // Not lost silently: the same drive does warn.
+    let output = shell(
+        folder,
+        "\"$P\" simulate --drive square:15Hz:30V --duration 10ms --out warned.csv",
+    );
+    assert!(error_of(&output).contains("warning: the drive reaches"));
+    assert!(read(folder, "warned.csv").lines().count() > 100);
+    assert!(read(folder, "fitted.toml").contains("[parameters]"));
+    assert_whole_json(&read(folder, "d.json"));
+}
+
+#[test]
+fn a_closed_standard_output_loses_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let line = format!("\"$P\" {LONG_TRACE} --events events.csv >&-");
+    let output = shell(folder, &line);
+    assert_eq!(output.status.code(), Some(0), "{}", error_of(&output));
+    assert_whole_events(&read(folder, "events.csv"));
+}
+
+#[test]
+fn a_file_that_cannot_be_written_whole_stays_as_it_was() {
+    let longest = "x".repeat(MAX_NAME_LENGTH);
+    let old = "an old line\n".repeat(300);
+    // The second is written in place: there is no name for a second file.
+    for name in ["trace.csv", &longest] {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let line = format!("ulimit -f 1; exec \"$P\" {LONG_TRACE} --out {name}");
+        for before in [Some(&old), None] {
+            match before {
+                Some(old) => std::fs::write(folder.join(name), old).unwrap(),
+                None => std::fs::remove_file(folder.join(name)).unwrap(),
+            }
+            let output = shell(folder, &line);
+            let error = last_error(&output);
+            assert_eq!(output.status.code(), Some(1), "{error}");
+            assert!(
+                error.contains(name) && error.contains("File too large"),
+                "{error}"
+            );
+            match before {
+                Some(old) => {
+                    assert_eq!(&read(folder, name), old);
+                    assert_eq!(names_in(folder), [name]);
+                }
+                None => assert!(names_in(folder).is_empty(), "{:?}", names_in(folder)),
+            }
+        }
+    }
+}
+
+#[test]
+fn a_diagnosis_is_said_whatever_its_files_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for name in ["r.html", "d.json"] {
+        std::fs::write(folder.join(name), "old").unwrap();
+    }
+    let output = shell(
+        folder,
+        "ulimit -f 1; exec \"$P\" diagnose \"$R\" --report r.html --json d.json",
+    );
+    let error = last_error(&output);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(
+        error.contains("r.html") && error.contains("d.json"),
+        "{error}"
+    );
+    let plain = shell(folder, "\"$P\" diagnose \"$R\"");
+    assert!(plain.status.success() && !plain.stdout.is_empty());
+    assert_eq!(
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&plain.stdout)
+    );
+    assert_eq!(names_in(folder), ["d.json", "r.html"]);
+    for name in ["r.html", "d.json"] {
+        assert_eq!(read(folder, name), "old");
+    }
+    // One that fails takes the other not with it.
+    let output = shell(
+        folder,
+        "exec \"$P\" diagnose \"$R\" --report /dev/full --json d.json",
+    );
+    assert_eq!(output.status.code(), Some(1));
+    assert!(last_error(&output).contains("/dev/full"));
+    assert_whole_json(&read(folder, "d.json"));
+    assert_eq!(output.stdout, plain.stdout);
+}
+
+#[test]
+fn a_hyphen_is_standard_output_for_every_output_but_for_one_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for line in [
+        "\"$P\" simulate --out - --events -",
+        "\"$P\" simulate --events -",
+        "\"$P\" diagnose \"$R\" --report - --json -",
+        "\"$P\" fit \"$R\" --out - --json -",
+        // The same by the name of the file: the second would replace the first.
+        "\"$P\" simulate --events both.csv > both.csv",
+    ] {
+        let output = shell(folder, line);
+        let error = last_error(&output);
+        assert_eq!(output.status.code(), Some(2), "{line}: {error}");
+        assert!(error.contains("both go to standard output"), "{error}");
+        assert!(output.stdout.is_empty(), "{line}");
+    }
+    let output = shell(
+        folder,
+        &format!("\"$P\" {LONG_TRACE} --out t.csv --events -"),
+    );
+    assert!(output.status.success(), "{}", error_of(&output));
+    assert_whole_events(&String::from_utf8_lossy(&output.stdout));
+    let trace = read(folder, "t.csv");
+    let output = shell(folder, &format!("\"$P\" {LONG_TRACE} --out -"));
+    assert_eq!(String::from_utf8_lossy(&output.stdout), trace);
+    let output = shell(
+        folder,
+        &format!("\"$P\" {LONG_TRACE} --out t2.csv > t2.csv"),
+    );
+    assert!(output.status.success(), "{}", error_of(&output));
+    assert_eq!(read(folder, "t2.csv"), trace);
+    let output = shell(folder, "\"$P\" diagnose \"$R\" --report -");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        text.starts_with("<!") || text.starts_with("<html"),
+        "no report alone"
+    );
+    assert_whole_report(&text);
+    let output = shell(folder, "\"$P\" fit \"$R\" --free eta --out -");
+    let device: toml::Table = String::from_utf8_lossy(&output.stdout).parse().unwrap();
+    assert!(device.contains_key("parameters"));
+    assert!(!folder.join("-").exists());
+}
+
+#[test]
+fn no_control_character_of_a_name_reaches_the_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let harmful = |bytes: &[u8]| {
+        let text = String::from_utf8_lossy(bytes).into_owned();
+        text.chars().any(|c| c.is_control() && !"\n\t".contains(c))
+    };
+    let name = "a\u{1b}[2J\u{7}\r\u{9b}.csv";
+    let text = std::fs::read_to_string(RECORDING).unwrap();
+    std::fs::write(folder.join(name), text + "0.9,oops,1,1\n").unwrap();
+    let run = |arguments: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_impactscope"))
+            .args(arguments)
+            .current_dir(folder)
+            .env_remove("DISPLAY")
+            .env_remove("WAYLAND_DISPLAY")
+            .output()
+            .unwrap()
+    };
+    for (arguments, written_out) in [
+        (&["fit", name, "--free", "eta"][..], true),
+        (&["fit", "none\u{1b}[2J.csv"], true),
+        (&["simulate", "--drive", "table:none\u{1b}[2J.csv"], true),
+        (&["simulate", "--preset", "none\u{1b}[2J"], true),
+        // The parser of the command line leaves out what it knows as a colour.
+        (&["simulate", "--\u{1b}[2J\u{7}"], false),
+    ] {
+        let output = run(arguments);
+        let error = error_of(&output);
+        assert!(!harmful(&output.stderr), "{arguments:?}: {error:?}");
+        assert!(!harmful(&output.stdout), "{arguments:?}");
+        assert!(
+            !written_out || error.contains("\\u{1b}[2J"),
+            "{arguments:?}: {error}"
+        );
+    }
+}
