@@ -21,13 +21,13 @@ fn name_choice(response: &Response, name: &str, chosen: &str) {
     });
 }
 
-/// A combobox for one of a few named values.
+/// A combobox for one of a few named values; returns its button.
 pub fn pick<T: Copy + PartialEq>(
     ui: &mut Ui,
     name: &str,
     value: &mut T,
     choices: &[(T, &'static str)],
-) {
+) -> Response {
     let chosen = choices
         .iter()
         .find(|(choice, _)| choice == value)
@@ -42,6 +42,7 @@ pub fn pick<T: Copy + PartialEq>(
         })
         .response;
     name_choice(&response, name, chosen);
+    response
 }
 
 /// Number of lines before the data.

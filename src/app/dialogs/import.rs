@@ -10,12 +10,21 @@ use super::table::Roles;
 use super::{Answer, enter, escape, table};
 use crate::app::theme;
 use crate::model::unit::{format_quantity, parse_quantity};
-use crate::recording::csv::{Decimal, Delimiter, ImportSettings, Preview};
+use crate::recording::csv::{Decimal, Delimiter, ImportSettings, Preview, TimeZero};
 
 /// Units offered for each quantity.
 const TIME_UNITS: [&str; 3] = ["s", "ms", "us"];
 const VOLTAGE_UNITS: [&str; 2] = ["V", "mV"];
 const LENGTH_UNITS: [&str; 5] = ["m", "cm", "mm", "um", "nm"];
+
+/// What the choice of t = 0 means.
+const ZERO_HELP: &str = "The first row: times count from the first sample, where the simulation \
+     starts. The file's own zero: times stay as in the file; choose it if its zero means something, \
+     for example a trigger. The time offset is added to either.";
+/// What using the times as written means.
+const AS_WRITTEN_HELP: &str = "Off: where the times are those of an even sampling clock except \
+     for rounding or jitter, the clock's times are used, and a notice says so. On: every time is \
+     used exactly as it is in the file.";
 
 /// The open dialog.
 #[derive(Debug)]
@@ -143,6 +152,7 @@ impl ImportDialog {
                 self.findings(ui);
                 ui.separator();
                 self.columns(ui, field);
+                self.clock(ui);
                 ui.separator();
                 self.text(ui);
                 ui.separator();
@@ -249,6 +259,22 @@ impl ImportDialog {
         if let Some(error) = &self.offset_error {
             ui.colored_label(theme::error(ui.visuals().dark_mode), error);
         }
+    }
+
+    /// Which instant is t = 0, and whether the clock is judged.
+    fn clock(&mut self, ui: &mut Ui) {
+        let settings = &mut self.settings;
+        ui.horizontal_wrapped(|ui| {
+            ui.label("t = 0 is");
+            let zeros = [
+                (TimeZero::FirstRow, "the first row"),
+                (TimeZero::File, "the file's own zero"),
+            ];
+            pick(ui, "zero of time", &mut settings.time_zero, &zeros).on_hover_text(ZERO_HELP);
+            ui.separator();
+            ui.checkbox(&mut settings.times_as_written, "use times as written")
+                .on_hover_text(AS_WRITTEN_HELP);
+        });
     }
 
     fn text(&mut self, ui: &mut Ui) {

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use eframe::egui::accesskit::Role;
+use eframe::egui::accesskit::{Role, Toggled};
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 
 use crate::app::dialogs::*;
-use crate::recording::csv::{Decimal, Delimiter, preview};
+use crate::recording::csv::{Decimal, Delimiter, TimeZero, import as read, preview};
 
 const CSV: &str = "time, a [um], b [um]\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n";
 
@@ -103,6 +103,47 @@ fn columns_are_chosen_and_imported_with_enter() {
     assert_eq!(settings.xp_scale, -1.0);
     assert!((settings.time_offset + 2e-3).abs() < 1e-12);
     assert!(!harness.state().dialogs.is_open());
+}
+
+#[test]
+fn the_zero_of_time_and_the_use_of_its_digits_are_chosen_explained_and_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "t [s], xp [um]\n5, 1\n5.0013, 2\n5.002, 3\n";
+    let mut dialog = import(folder.path(), text);
+    for (role, name, part) in [
+        (Role::ComboBox, "zero of time", "for example a trigger"),
+        (Role::CheckBox, "use times as written", "rounding or jitter"),
+    ] {
+        field(&dialog, role, name).hover();
+        dialog.run_steps(60);
+        assert!(shows(&dialog, part), "no hover text of {name}");
+    }
+    combobox(&mut dialog, "zero of time", "the file's own zero");
+    field(&dialog, Role::CheckBox, "use times as written").click();
+    dialog.run_steps(3);
+    dialog.key_press(Key::Enter);
+    dialog.run_steps(3);
+    let [Answer::Import(path, settings)] = &dialog.state().answers[..] else {
+        panic!("{:?}", dialog.state().answers);
+    };
+    assert_eq!(settings.time_zero, TimeZero::File);
+    assert!(settings.times_as_written);
+    let recording = read(path, settings, None).unwrap();
+    assert_eq!(recording.time, [5.0, 5.0013, 5.002]);
+    // The guessed settings count from the first row.
+    let guessed = preview(path).unwrap();
+    assert_eq!(guessed.settings.time_zero, TimeZero::FirstRow);
+    assert!(!guessed.settings.times_as_written);
+    // They are among the settings that are stored, and the dialog shows them again.
+    let stored = toml::to_string(settings).unwrap();
+    let known = toml::from_str(&stored).unwrap();
+    assert_eq!(&known, settings);
+    let again = harness(|dialogs| dialogs.ask_import(path.clone(), guessed, Some(known)));
+    let zero = field(&again, Role::ComboBox, "zero of time");
+    let shown = zero.accesskit_node().value();
+    assert_eq!(shown.as_deref(), Some("the file's own zero"));
+    let written = field(&again, Role::CheckBox, "use times as written");
+    assert_eq!(written.accesskit_node().toggled(), Some(Toggled::True));
 }
 
 #[test]

@@ -13,7 +13,7 @@ pub struct Refusal {
 }
 
 /// What a notice is about. It decides what the notice's button does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum About {
     /// How a recording was read; the button opens its import settings.
     Recording(OverlayId),

@@ -74,14 +74,18 @@ pub(super) fn show(services: &Services, ui: &mut Ui) -> usize {
     let entries = entries(services, ui);
     let count = entries.len();
     for entry in entries {
-        ui.separator();
-        ui.spinner();
-        ui.label(entry.text());
-        let label = format!("cancel {}", entry.name);
-        let button = icon_button_enabled(ui, Icon::Remove, &label, !entry.is_cancelled);
-        if button.on_hover_text("Stop it").clicked() {
-            (entry.cancel)();
-        }
+        // A job that ends makes the others move up. By its own name a button is not taken for the
+        // one that was pressed in its place.
+        ui.push_id(("job", entry.name), |ui| {
+            ui.separator();
+            ui.spinner();
+            ui.label(entry.text());
+            let label = format!("cancel {}", entry.name);
+            let button = icon_button_enabled(ui, Icon::Remove, &label, !entry.is_cancelled);
+            if button.on_hover_text("Stop it").clicked() {
+                (entry.cancel)();
+            }
+        });
     }
     count
 }

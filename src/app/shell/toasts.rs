@@ -108,7 +108,11 @@ fn texts(services: &Services, ui: &mut Ui, width: f32) -> Vec<ButtonRow> {
 /// Draws one row of buttons, over its place in the notice. Returns which one was clicked.
 fn buttons(services: &Services, ui: &Ui, (of, place): ButtonRow) -> Option<Clicked> {
     let mut clicked = None;
-    Area::new(Id::unique(("notice buttons", of)))
+    // By what it says, not by its place in the list: when an older notice goes while a button is
+    // pressed, the button stays the same.
+    let notice = of.and_then(|i| services.state.notices.get(i));
+    let said = notice.map(|notice| (notice.is_error, notice.about, &notice.text));
+    Area::new(Id::unique(("notice buttons", said)))
         .order(Order::Foreground)
         .pivot(Align2::RIGHT_TOP)
         .fixed_pos(place.right_top())

@@ -140,7 +140,11 @@ impl QuantityField<'_> {
         let shown = edit.show(ui);
         ui.ctx()
             .accesskit_node_builder(shown.response.response.id, |node| {
-                node.set_label(self.label)
+                node.set_label(self.label);
+                // It takes no keys: a screen reader must not offer it as a field to type in.
+                if !self.enabled {
+                    node.set_disabled();
+                }
             });
         shown
     }

@@ -121,8 +121,14 @@ fn recorded(mut state: State) -> State {
 }
 
 fn harness(state: State) -> Harness<'static, State> {
+    harness_in_steps(state, 0.25)
+}
+
+/// The pictures, drawn again after `step` seconds on the window's clock.
+fn harness_in_steps(state: State, step: f32) -> Harness<'static, State> {
     let mut harness = Harness::builder()
         .with_size([900.0, 1000.0])
+        .with_step_dt(step)
         .build_ui_state(super::show, state);
     harness.run_steps(3);
     harness
@@ -234,12 +240,14 @@ fn wheel(harness: &mut Harness<'_, State>, at: Pos2, points: f32) {
         phase: TouchPhase::Move,
         source: MouseWheelSource::Unknown,
     });
-    harness.run_steps(20);
+    // The turn is spread over some frames.
+    harness.run_steps(60);
 }
 
 #[test]
 fn the_wheel_on_the_scale_zooms_in_values_and_not_in_time() {
-    let mut harness = harness(with(empty(), trace(20_000)));
+    // A double click takes less than 0.3 s, and each event is a frame of its own.
+    let mut harness = harness_in_steps(with(empty(), trace(20_000)), 1.0 / 60.0);
     let rect = plot(&harness, "Trajectory");
     let window = time_window::in_view(harness.state());
     wheel(&mut harness, rect.left_center() - vec2(20.0, 0.0), 60.0);

@@ -130,8 +130,18 @@ fn a_handle_moves_by_the_arrow_keys() {
     harness.run_steps(3);
     let after = heights(&harness);
     assert!(after.0 > before.0 + 6.0, "{before:?} {after:?}");
-    let handle = harness.get_by_role(Role::Splitter);
-    assert!(handle.accesskit_node().label().is_some());
+    // The scales of the plots are splitters too; each has its own name.
+    let splitters = harness.query_all_by_role(Role::Splitter);
+    let mut names: Vec<String> = splitters
+        .map(|node| node.accesskit_node().label().unwrap())
+        .collect();
+    names.sort();
+    let expected = [
+        "Height of Voltage and Forces",
+        "Scale of Forces",
+        "Scale of Voltage",
+    ];
+    assert_eq!(names, expected);
 }
 
 #[test]

@@ -413,7 +413,8 @@ fn a_moved_recording_of_a_session_can_be_located() {
     read_all(&mut second);
     let overlays = &second.state().services.state.setup.overlays;
     assert_eq!(overlays[0].recording.path.as_deref(), Some(&*after));
-    assert!(second.state().services.state.notices.is_empty());
+    let notices = &second.state().services.state.notices;
+    assert!(notices.is_empty(), "{notices:?}");
 }
 
 #[test]
@@ -438,5 +439,7 @@ fn a_missing_recording_can_be_removed_from_its_session() {
     second.get_by_label("Remove from session").click();
     second.run_steps(3);
     let services = &second.state().services;
-    assert!(services.missing_recordings.is_empty() && services.state.notices.is_empty());
+    assert!(services.missing_recordings.is_empty());
+    let notices = &services.state.notices;
+    assert!(notices.is_empty(), "{notices:?}");
 }

@@ -63,7 +63,8 @@ fn the_reference_curve_comes_back_with_the_session() {
         reference.comparisons[0].comparison.is_ok(),
         "with its distance to the recording"
     );
-    assert!(second.state().services.state.notices.is_empty());
+    let notices = &second.state().services.state.notices;
+    assert!(notices.is_empty(), "{notices:?}");
 }
 
 #[test]

@@ -32,7 +32,10 @@ fn tools_dock_beside_the_plots_and_cover_none() {
                 .map(|node| node.rect())
                 .find(|rect| (rect.center().y - close.center().y).abs() < 8.0);
             let tab = tab.unwrap_or_else(|| panic!("{title} at {size:?} has no tab"));
-            assert!(plot.right() <= tab.left(), "{title} covers the plots");
+            assert!(
+                plot.right() <= tab.left(),
+                "{title} at {size:?} covers the plots: {plot:?} {tab:?}"
+            );
             harness.get_by_label(&format!("close {title}")).click();
             harness.run_steps(30);
             let wider = trajectory(&harness);
