@@ -97,6 +97,8 @@ pub(super) fn import_with(
             if expected.is_some() && expected != recording.sha256.as_ref() {
                 changed(&path)
             } else {
+                // Ten million samples take a second or two, and the window asks for it.
+                let _ = recording.drive(DriveReading::Recognised);
                 if entry.is_none() {
                     recent::remember(&path, Some(&settings));
                 }

@@ -1,6 +1,7 @@
 //! Each visible recording as an experiment of its own: simulated under its own drive and compared
 //! with that run.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -10,10 +11,11 @@ use super::snapshot::{OverlayComparison, OwnRun};
 use crate::app::setup::drive_choice::OwnDrive;
 use crate::app::setup::overlay::{Overlay, OverlayId};
 use crate::fit::FreeNuisances;
-use crate::fit::experiment::{Experiment, ExperimentResult, InstrumentPriors};
+use crate::fit::experiment::{Experiment, ExperimentResult, InstrumentPriors, improve_drive};
 use crate::model::Model;
-use crate::model::drive::Waveform;
+use crate::model::drive::{DriveReading, Waveform};
 use crate::recording::Recording;
+use crate::recording::measured_drive::MeasuredDrive;
 use crate::sim::Trace;
 
 /// Standard deviation of the scale of a reading around 1, where it is estimated.
@@ -30,17 +32,19 @@ pub struct SharedRun<'a> {
     pub trace: &'a Arc<Trace>,
 }
 
-/// The runs of the recordings as they were last simulated. A change of what belongs to the
-/// instrument alone needs no new one.
+/// The runs of the recordings as they were last simulated, and what the readings decided of their
+/// drives.
 #[derive(Debug, Default)]
 pub struct ExperimentCache {
     model: Option<Arc<Model>>,
     runs: Vec<(OverlayId, Waveform, Arc<Trace>)>,
+    /// Values of the freedoms of each recording's measured drive, and how it is read.
+    improved: HashMap<OverlayId, (DriveReading, Vec<f64>)>,
 }
 
 impl ExperimentCache {
     /// Compares every visible recording with its own run of `model`, several at once; `None` if
-    /// `go_on` said no.
+    /// `go_on` said no. A change of what belongs to the instrument alone needs no new run.
     pub fn compare(
         &mut self,
         model: &Arc<Model>,
@@ -53,7 +57,7 @@ impl ExperimentCache {
             self.model = Some(Arc::clone(model));
         }
         let visible: Vec<&Overlay> = overlays.iter().filter(|o| o.visible).collect();
-        let runs = &self.runs;
+        let (runs, improved) = (&self.runs, &self.improved);
         let compared: Vec<Option<OverlayComparison>> = visible
             .par_iter()
             .map(|overlay| {
@@ -63,18 +67,80 @@ impl ExperimentCache {
                     };
                     runs.iter().find(same).map(|(_, _, run)| Arc::clone(run))
                 };
-                compare_one(shared, overlay, known, &go_on)
+                let values = improved.get(&overlay.id);
+                compare_one(shared, overlay, values, known, &go_on)
             })
             .collect();
         let compared: Vec<OverlayComparison> = compared.into_iter().collect::<Option<_>>()?;
-        self.runs = compared
+        self.keep(&compared);
+        Some(compared)
+    }
+
+    /// Lets the readings decide what the voltages leave open, each recording for itself; `None` if
+    /// `go_on` said no or nothing is open. Where a recording's misfit does not fall, it is not in the
+    /// result.
+    pub fn improve(
+        &mut self,
+        model: &Model,
+        overlays: &[Overlay],
+        compared: &[OverlayComparison],
+        go_on: impl Fn() -> bool + Sync,
+    ) -> Option<Vec<OverlayComparison>> {
+        let open: Vec<(&Overlay, Arc<MeasuredDrive>, DriveReading)> = overlays
             .iter()
-            .filter_map(|c| {
-                let own = c.own.as_ref()?;
-                Some((c.id, own.drive.clone(), Arc::clone(&own.trace)))
+            .filter(|o| o.visible && o.estimates.clock && model.piezo.is_some())
+            .filter_map(|overlay| {
+                let OwnDrive::Measured(reading) = overlay.drive else {
+                    return None;
+                };
+                let drive = overlay.recording.drive(reading)?.ok()?;
+                (!drive.freedoms.is_empty()).then_some((overlay, drive, reading))
             })
             .collect();
-        Some(compared)
+        if open.is_empty() {
+            return None;
+        }
+        let before = |id: OverlayId| {
+            let own = compared.iter().find(|c| c.id == id)?;
+            own.comparison.as_ref().ok().map(|c| c.rms)
+        };
+        let known = &self.improved;
+        let better: Vec<Option<(DriveReading, Vec<f64>, OverlayComparison)>> = open
+            .par_iter()
+            .map(|(overlay, drive, reading)| {
+                let start = known
+                    .get(&overlay.id)
+                    .filter(|(of, _)| of == reading)
+                    .map_or(&[][..], |(_, values)| values);
+                let experiment = experiment_of(overlay, Waveform::Rest, drive.reach());
+                let improved = improve_drive(&experiment, drive, model, start, &go_on).ok()??;
+                let rms = improved.result.proof_mass.rms;
+                before(overlay.id).filter(|before| rms < *before)?;
+                let text = Some(drive.text.clone());
+                let own = &improved.experiment;
+                let result = Ok::<_, String>(improved.result.clone());
+                let comparison = finished(overlay, own, result, text);
+                Some((*reading, improved.values, comparison))
+            })
+            .collect();
+        let mut result = Vec::new();
+        for (reading, values, comparison) in better.into_iter().flatten() {
+            self.improved.insert(comparison.id, (reading, values));
+            result.push(comparison);
+        }
+        self.keep(&result);
+        (!result.is_empty()).then_some(result)
+    }
+
+    /// Keeps the runs of `compared` in place of older ones of the same recordings.
+    fn keep(&mut self, compared: &[OverlayComparison]) {
+        for c in compared {
+            self.runs.retain(|(id, _, _)| *id != c.id);
+            if let Some(own) = &c.own {
+                self.runs
+                    .push((c.id, own.drive.clone(), Arc::clone(&own.trace)));
+            }
+        }
     }
 }
 
@@ -94,13 +160,15 @@ pub fn compare_all(
     compared.unwrap_or_default()
 }
 
-/// What drives a recording's own run, and in words; `None` if it has none of its own.
+/// What drives a recording's own run, by how much it may be shifted \[s\], and in words; `None` if it
+/// has none of its own. `improved` are values of the freedoms of its measured drive.
 ///
 /// # Errors
 /// Why its voltage is no drive.
 pub fn own_drive(
     model: &Model,
     overlay: &Overlay,
+    improved: Option<&(DriveReading, Vec<f64>)>,
 ) -> Result<Option<(Waveform, f64, String)>, String> {
     if model.piezo.is_none() {
         return Ok(None);
@@ -114,7 +182,12 @@ pub fn own_drive(
             None => Ok(None),
             Some(drive) => {
                 let drive = drive.map_err(|error| error.to_string())?;
-                let waveform = drive.waveform(&recording.name, -first);
+                let waveform = match improved {
+                    Some((of, values)) if of == reading => {
+                        drive.changed(values).waveform(&recording.name, -first)
+                    }
+                    _ => drive.waveform(&recording.name, -first),
+                };
                 Ok(Some((waveform, drive.reach(), drive.text.clone())))
             }
         },
@@ -140,10 +213,11 @@ pub fn experiment_of(overlay: &Overlay, drive: Waveform, reach: f64) -> Experime
 fn compare_one(
     shared: SharedRun<'_>,
     overlay: &Overlay,
+    improved: Option<&(DriveReading, Vec<f64>)>,
     known: impl Fn(&Waveform) -> Option<Arc<Trace>>,
     go_on: &(impl Fn() -> bool + Sync),
 ) -> Option<OverlayComparison> {
-    let own = match own_drive(shared.model, overlay) {
+    let own = match own_drive(shared.model, overlay, improved) {
         Ok(own) => own,
         Err(error) => return Some(failed(overlay, error)),
     };

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use super::request::SimulationRequest;
 use super::snapshot::Snapshot;
 use crate::app::setup::overlay::{Overlay, OverlayId};
+use crate::model::drive::DriveReading;
 use crate::model::parameter::ParameterId;
 use crate::recording::features::{FeatureOptions, Features, features, recording_features};
 use crate::recording::{Recording, TimeAxis};
@@ -100,7 +101,14 @@ impl FeatureCache {
         let (id, send) = (overlay.id, self.send.clone());
         let repaint = (self.repaint)();
         rayon::spawn(move || {
-            let features = recording_features(&recording, &FeatureOptions::default());
+            let drive = recording
+                .drive(DriveReading::Recognised)
+                .and_then(Result::ok);
+            let options = FeatureOptions {
+                period: drive.and_then(|drive| drive.period()),
+                ..FeatureOptions::default()
+            };
+            let features = recording_features(&recording, &options);
             // The worker may have ended meanwhile.
             let _ = send.send((id, Arc::new(features)));
             repaint();

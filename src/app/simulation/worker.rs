@@ -11,7 +11,7 @@ use super::experiments::{ExperimentCache, SharedRun};
 use super::features::FeatureCache;
 use super::live::Live;
 use super::request::SimulationRequest;
-use super::snapshot::Snapshot;
+use super::snapshot::{OverlayComparison, Snapshot};
 use crate::app::analysis::job::panic_text;
 use crate::app::setup::drive_choice::Mode;
 use crate::sim::{SimError, simulate_while};
@@ -104,6 +104,8 @@ struct Engine<R> {
     repaint: R,
     features: FeatureCache,
     experiments: ExperimentCache,
+    /// Generation whose drives were improved.
+    improved: Option<u64>,
     live: Option<Live>,
     last: Option<SimulationRequest>,
     /// The last result and its request.
@@ -118,6 +120,7 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
             shared,
             repaint,
             experiments: ExperimentCache::default(),
+            improved: None,
             live: None,
             last: None,
             shown: None,
@@ -257,6 +260,11 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
         if lock(&self.shared.inbox).request.is_some() {
             return None;
         }
+        let snapshot = match self.improve(request, &snapshot) {
+            Some(improved) => improved,
+            None if lock(&self.shared.inbox).request.is_some() => return None,
+            None => snapshot,
+        };
         if let Some(complete) = self.features.complete(snapshot, request) {
             self.show(request, complete);
         }
@@ -264,6 +272,46 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
         self.features
             .is_waiting()
             .then_some(Duration::from_millis(50))
+    }
+
+    /// Lets the readings decide what the recordings' voltages leave open of their drives, once for
+    /// each result, and shows what is better by it.
+    fn improve(&mut self, request: &SimulationRequest, snapshot: &Snapshot) -> Option<Snapshot> {
+        if self.improved == Some(snapshot.generation) {
+            return None;
+        }
+        let slot = Arc::clone(&self.shared);
+        let go_on = || {
+            let inbox = lock(&slot.inbox);
+            !inbox.quit && inbox.request.is_none()
+        };
+        let (overlays, compared) = (&request.overlays, &snapshot.comparisons);
+        let better = self
+            .experiments
+            .improve(&request.model, overlays, compared, go_on);
+        if lock(&self.shared.inbox).request.is_some() {
+            return None;
+        }
+        self.improved = Some(snapshot.generation);
+        let mut improved = snapshot.clone();
+        for comparison in better? {
+            let own = improved
+                .comparisons
+                .iter_mut()
+                .find(|c| c.id == comparison.id);
+            if let Some(own) = own {
+                let features = own.features.take();
+                *own = OverlayComparison {
+                    features,
+                    ..comparison
+                };
+            }
+        }
+        self.generation += 1;
+        improved.generation = self.generation;
+        self.improved = Some(self.generation);
+        self.show(request, improved.clone());
+        Some(improved)
     }
 
     /// Whether a run begun at `started` is worth finishing. A short one always is: during a

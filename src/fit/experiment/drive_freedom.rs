@@ -6,9 +6,9 @@ use crate::model::Model;
 use crate::recording::measured_drive::MeasuredDrive;
 
 /// Most rounds of linearized improvement.
-const MAX_ROUNDS: usize = 4;
+const MAX_ROUNDS: usize = 8;
 /// Step of a number for differences, as a share of its standard deviation.
-const STEP_SHARE: f64 = 0.1;
+const STEP_SHARE: f64 = 0.02;
 /// A fall of the residual by less than this share ends the rounds.
 const CONVERGED_SHARE: f64 = 1e-4;
 

@@ -50,8 +50,8 @@ mod zero_drift;
 pub use definition::{
     Action, ActiveEffect, ColdStart, ContactLaw, EdgeLag, EffectSpec, EventFigure, EvidenceFigure,
     Facts, FallOff, FormError, FormTolerance, FoundBy, Kinematics, LagKind, ModeLayout, Motion,
-    Need, Quantity, RefinedBounds, Refinement, Search, Start, Surroundings,
-    followed_time_constant, own_ids,
+    Need, Quantity, RefinedBounds, Refinement, Search, Start, Surroundings, followed_time_constant,
+    own_ids,
 };
 
 /// All effects that are known, in the order in which they are listed and searched.

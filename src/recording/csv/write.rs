@@ -313,7 +313,9 @@ mod tests {
     /// The same text with the point behind the first digit.
     fn scientific(text: &str) -> String {
         let (text, exponent) = text.split_once('e').unwrap_or((text, "0"));
-        let (sign, text) = text.strip_prefix('-').map_or(("", text), |rest| ("-", rest));
+        let (sign, text) = text
+            .strip_prefix('-')
+            .map_or(("", text), |rest| ("-", rest));
         let (whole, part) = text.split_once('.').unwrap_or((text, ""));
         let all = format!("{whole}{part}");
         let digits = all.trim_start_matches('0');

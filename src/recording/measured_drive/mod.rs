@@ -218,6 +218,19 @@ fn sinusoids_before_lines(samples: &Samples<'_>) -> Option<Sinusoids> {
 }
 
 impl MeasuredDrive {
+    /// The time after which the waveform comes again \[s\], if it does.
+    #[must_use]
+    pub fn period(&self) -> Option<f64> {
+        match &self.found {
+            Found::Cycle(cycle) => Some(cycle.period),
+            Found::Sinusoids(s) => match s.parts[..] {
+                [part] if part.rate == 0.0 => Some(1.0 / part.from.abs()),
+                _ => None,
+            },
+            Found::Lines(_) | Found::Smooth | Found::Points => None,
+        }
+    }
+
     /// By how much all edges together may lie earlier or later \[s\].
     #[must_use]
     pub fn reach(&self) -> f64 {
