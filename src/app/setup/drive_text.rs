@@ -139,3 +139,61 @@ impl OwnDriveEntry {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Through the text of a file and back.
+    fn restored(drive: &DriveChoice) -> DriveChoice {
+        #[derive(Serialize, Deserialize)]
+        struct File {
+            drive: DriveEntry,
+        }
+        let text = toml::to_string(&File {
+            drive: DriveEntry::of(drive),
+        })
+        .unwrap();
+        let file: File = toml::from_str(&text).unwrap();
+        file.drive.read(0.4).unwrap()
+    }
+
+    fn points() -> impl Strategy<Value = (Vec<f64>, Vec<f64>)> {
+        prop::collection::vec((1e-7..1e-2f64, -10.0..10.0f64), 1..300).prop_map(|pairs| {
+            let mut t = -0.01;
+            pairs
+                .into_iter()
+                .map(|(step, volts)| {
+                    t += step;
+                    (t, volts)
+                })
+                .unzip()
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn a_table_is_restored_to_the_last_bit(
+            (time, voltage) in points(),
+            extra in prop::option::of(0.0..0.1f64),
+            reading in prop::sample::select(DriveReading::ALL.to_vec()),
+        ) {
+            let span = time[time.len() - 1] - time[0];
+            let points = VoltageTable::new("edited", time.clone(), voltage.clone()).unwrap();
+            let table = match extra {
+                Some(extra) if span + extra > 0.0 => points.repeating(span + extra).unwrap(),
+                _ => points,
+            };
+            let drive = DriveChoice::Waveform(Waveform::Table(Arc::new(table)));
+            prop_assert_eq!(&restored(&drive), &drive);
+            // Samples of a file, as they are read; noise and all.
+            let drive = drive_of_samples("file", time, voltage, reading).unwrap();
+            let drive = DriveChoice::Waveform(drive);
+            prop_assert_eq!(&restored(&drive), &drive);
+        }
+    }
+}
