@@ -17,6 +17,11 @@ use crate::app::state::State;
 use crate::recording::Channel;
 use crate::sim::Trace;
 
+/// Points at which a recording's own run is compared with the simulation.
+const COMPARED_POINTS: usize = 400;
+/// Share of the motion's range that is about the width of a line.
+const COINCIDENCE_SHARE: f64 = 5e-3;
+
 /// The picture.
 pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     let palette = style::palette(ui);
@@ -72,9 +77,16 @@ pub fn corners(
 
 /// The runs of the recordings that have a drive of their own, in their colours.
 fn own_runs(ui: &Ui, state: &State) -> Vec<Curve> {
+    let Some(snapshot) = &state.snapshot else {
+        return Vec::new();
+    };
+    let shared = &snapshot.trace;
     let dark = ui.visuals().dark_mode;
     let curve = |overlay: &Overlay| {
         let own = residual::comparison(state, overlay)?.own.as_ref()?;
+        if coincides(&own.trace, shared) {
+            return None;
+        }
         // The recording's own colour, stronger: simulation and recording of one belong together.
         let color = style::overlay_color(ui, overlay.color);
         let color = if dark {
@@ -90,6 +102,26 @@ fn own_runs(ui: &Ui, state: &State) -> Vec<Curve> {
     };
     let visible = state.setup.overlays.iter().filter(|o| o.visible);
     visible.filter_map(curve).collect()
+}
+
+/// Whether two runs are one line on the screen.
+fn coincides(own: &Trace, shared: &Trace) -> bool {
+    let value = |trace: &Trace, t: f64| {
+        let i = ((t - trace.t0) / trace.dt).round();
+        (i >= 0.0)
+            .then(|| trace.proof_mass.get(i as usize).copied())
+            .flatten()
+    };
+    let (low, high) = crate::recording::extremes(&own.proof_mass);
+    let most = COINCIDENCE_SHARE * (high - low);
+    let end = own.end();
+    (0..COMPARED_POINTS).all(|k| {
+        let t = own.t0 + (end - own.t0) * k as f64 / (COMPARED_POINTS - 1) as f64;
+        match (value(own, t), value(shared, t)) {
+            (Some(a), Some(b)) => (a - b).abs() <= most,
+            _ => false,
+        }
+    })
 }
 
 /// A channel of every visible recording that has it, aligned, in its colour.
