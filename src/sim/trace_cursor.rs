@@ -157,10 +157,11 @@ mod tests {
             }
             assert!((reading.vp - fine.proof_mass_velocity[i]).abs() < 0.2);
         }
-        assert!(worst < 30e-9, "{worst:e} m at {at}");
+        // A ring of 6.4 kHz, h w = 0.8, leaves (h w)^4 / 384 of its amplitude of some 30 um.
+        assert!(worst < 50e-9, "{worst:e} m at {at}");
         // Going back is allowed.
         let again = cursor.at(0.05).unwrap();
-        assert!((again.xp - fine.proof_mass[25_000]).abs() < 30e-9);
+        assert!((again.xp - fine.proof_mass[25_000]).abs() < 50e-9);
         assert!(cursor.at(-1.0).is_none() && cursor.at(0.3).is_none());
     }
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::app::export::*;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::DriveChoice;
-use crate::app::setup::overlay::Overlay;
+use crate::app::setup::overlay::{Estimates, Overlay};
 use crate::app::setup::view::{Picture, View};
 use crate::app::simulation::experiments::compare_all;
 use crate::app::simulation::snapshot::Snapshot;
@@ -40,7 +40,12 @@ fn state() -> State {
         import: Default::default(),
         alignment: Default::default(),
         drive: Default::default(),
-        estimates: Default::default(),
+        // The 2 um are to be seen.
+        estimates: Estimates {
+            zeros: false,
+            clock: false,
+            scales: false,
+        },
         visible: true,
         color: 0,
         made_up: false,

@@ -98,7 +98,7 @@ fn own_runs(ui: &Ui, state: &State) -> Vec<Curve> {
         let curve = Curve::new(name, Arc::clone(&own.proof_mass_pyramid), color);
         let slot = overlay.id;
         let curve = curve.through(corners(ui, ("own run", slot), &own.trace));
-        Some(curve.width(THICK_LINE))
+        Some(curve.width(THICK_LINE).owned(overlay.id))
     };
     let visible = state.setup.overlays.iter().filter(|o| o.visible);
     visible.filter_map(curve).collect()

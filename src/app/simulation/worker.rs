@@ -307,9 +307,6 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
                 };
             }
         }
-        self.generation += 1;
-        improved.generation = self.generation;
-        self.improved = Some(self.generation);
         self.show(request, improved.clone());
         Some(improved)
     }

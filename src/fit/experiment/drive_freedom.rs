@@ -9,6 +9,8 @@ use crate::recording::measured_drive::MeasuredDrive;
 const MAX_ROUNDS: usize = 8;
 /// Step of a number for differences, as a share of its standard deviation.
 const STEP_SHARE: f64 = 0.02;
+/// Shares of a step that are tried: impacts bend the way.
+const STEP_SHARES: [f64; 4] = [1.0, 0.5, 0.2, 0.05];
 /// A fall of the residual by less than this share ends the rounds.
 const CONVERGED_SHARE: f64 = 1e-4;
 
@@ -88,26 +90,44 @@ pub fn improve_drive(
             })
             .collect();
         let (_, found) = estimate_with_runs(experiment, &best.result.trace, &priors, &columns);
-        let mut values = best.values.clone();
-        for (&k, value) in open.iter().zip(found) {
-            values[k] = value;
-        }
-        let own = under(&values);
-        let Some(result) = own.run(model, go_on)? else {
-            return Ok(None);
-        };
-        let (before, after) = (best.result.proof_mass.rms, result.proof_mass.rms);
-        if after >= before {
+        let before = best.result.proof_mass.rms;
+        let Some(better) = shorter_steps(&open, &found, &best, under, model, go_on)? else {
             break;
-        }
-        best = ImprovedDrive {
-            values,
-            experiment: own,
-            result,
         };
-        if after > (1.0 - CONVERGED_SHARE) * before {
+        best = better;
+        if best.result.proof_mass.rms > (1.0 - CONVERGED_SHARE) * before {
             break;
         }
     }
     Ok(Some(best))
+}
+
+/// The first of ever shorter steps towards `found` by which the residual falls; `None` if there is
+/// none or `go_on` said no.
+fn shorter_steps(
+    open: &[usize],
+    found: &[f64],
+    best: &ImprovedDrive,
+    under: impl Fn(&[f64]) -> Experiment,
+    model: &Model,
+    go_on: &(impl Fn() -> bool + Sync),
+) -> Result<Option<ImprovedDrive>, ExperimentError> {
+    for share in STEP_SHARES {
+        let mut values = best.values.clone();
+        for (&k, value) in open.iter().zip(found) {
+            values[k] += share * (value - values[k]);
+        }
+        let experiment = under(&values);
+        let Some(result) = experiment.run(model, go_on)? else {
+            return Ok(None);
+        };
+        if result.proof_mass.rms < best.result.proof_mass.rms {
+            return Ok(Some(ImprovedDrive {
+                values,
+                experiment,
+                result,
+            }));
+        }
+    }
+    Ok(None)
 }

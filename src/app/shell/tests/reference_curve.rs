@@ -55,6 +55,7 @@ fn the_reference_curve_comes_back_with_the_session() {
     let saved = window.folder.path().join("s.impactscope.toml");
     save(first.state(), &saved);
     let before = curve(first.state()).unwrap();
+    drop(window.harness);
     let second = opened(&saved);
     assert_eq!(curve(second.state()).unwrap(), before, "to the last bit");
     let reference = second.state().services.state.reference.clone().unwrap();

@@ -67,7 +67,7 @@ fn in_a_small_window_nothing_overlaps_and_the_misfit_stays_in_view() {
     for size in [[800.0, 500.0], [1280.0, 720.0]] {
         let harness = sized(full(), size);
         let window = Rect::from_min_size(pos2(0.0, 0.0), size.into());
-        let misfit = harness.get_by_label_contains("misfit: rms").rect();
+        let misfit = harness.get_by_label_contains("misfit 62.5 x noise").rect();
         assert!(window.contains_rect(misfit), "{size:?}: {misfit:?}");
         let plot = trajectory(&harness);
         assert!(plot.width() > 300.0, "{size:?}: {plot:?}");

@@ -244,5 +244,5 @@ fn the_side_panel_can_be_hidden() {
     harness.run_steps(40);
     assert!(!says(&harness, "NRMSE 1.4"));
     // The misfit itself stays in view.
-    assert!(says(&harness, "misfit: rms 1.25"));
+    assert!(says(&harness, "misfit 62.5 x noise"));
 }
