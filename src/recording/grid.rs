@@ -1,6 +1,6 @@
 //! Sampled signals by their instants: listed, or on an even grid.
 
-use super::median_interval;
+use super::statistics::median_interval;
 
 /// The instants of a sampled signal: even, or listed.
 #[derive(Debug, Clone, Copy, PartialEq)]

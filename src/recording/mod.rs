@@ -22,6 +22,7 @@ pub mod measured_drive;
 pub mod noise;
 pub mod rest_positions;
 pub mod ring;
+mod statistics;
 #[cfg(test)]
 mod tests;
 pub(crate) mod times;
@@ -30,6 +31,7 @@ pub mod velocity;
 pub use self::assemble::GAP_FACTOR;
 pub use self::error::{ImportError, ImportWarning, WarningKind};
 pub use self::grid::{Grid, TimeAxis};
+pub(crate) use self::statistics::{extremes, median_in_place, median_interval, quantile_in_place};
 pub use self::times::exact_time::ExactTime;
 
 use std::path::PathBuf;
@@ -39,7 +41,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use self::measured_drive::{MeasuredDrive, measured_drive};
-use self::noise::{NoiseEstimate, recording_noise};
+use self::noise::{NoiseError, NoiseEstimate, estimate_noise};
 use crate::model::drive::{DriveError, DriveReading};
 
 /// One measured quantity of a recording.
@@ -362,11 +364,22 @@ impl Recording {
         }
     }
 
+    /// Estimates the noise of a channel.
+    ///
+    /// # Errors
+    /// [`NoiseError`] if the channel was not recorded or is too short.
+    pub fn estimate_noise(&self, channel: Channel) -> Result<NoiseEstimate, NoiseError> {
+        let values = self
+            .channel(channel)
+            .ok_or(NoiseError::NotRecorded(channel.symbol()))?;
+        estimate_noise(self.axis(), values)
+    }
+
     /// Noise of a channel; `None` if it was not recorded or is too short to tell. Estimated once.
     #[must_use]
     pub fn noise(&self, channel: Channel) -> Option<NoiseEstimate> {
         let slot = &self.derived.noise[channel as usize];
-        *slot.get_or_init(|| recording_noise(self, channel).ok())
+        *slot.get_or_init(|| self.estimate_noise(channel).ok())
     }
 
     /// The recorded voltage as samples of a drive, `(times [s], volts [V])` without missing
@@ -383,41 +396,4 @@ impl Recording {
             .unzip();
         (times.len() >= 2).then_some((times, volts))
     }
-}
-
-/// Median of the steps of `time`; NaN below two samples. Long axes are judged by
-/// about 200 000 evenly picked steps, which is as good and does not wait.
-pub(crate) fn median_interval(time: &[f64]) -> f64 {
-    let stride = (time.len() / 200_000).max(1);
-    let mut steps: Vec<f64> = time
-        .windows(2)
-        .step_by(stride)
-        .map(|w| w[1] - w[0])
-        .collect();
-    median_in_place(&mut steps)
-}
-
-/// Median of `values` (the lower of the middle two), reordering them; NaN if empty.
-pub(crate) fn median_in_place(values: &mut [f64]) -> f64 {
-    quantile_in_place(values, 0.5)
-}
-
-/// Lowest and highest of the finite `values`; infinite and the wrong way round if there are
-/// none.
-pub(crate) fn extremes(values: &[f64]) -> (f64, f64) {
-    let finite = values.iter().filter(|v| v.is_finite());
-    finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-        (l.min(*v), h.max(*v))
-    })
-}
-
-/// The value below which the share `q` of `values` lies, reordering them; NaN if
-/// empty.
-pub(crate) fn quantile_in_place(values: &mut [f64], q: f64) -> f64 {
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    let k = (q * (values.len() - 1) as f64) as usize;
-    let k = k.min(values.len() - 1);
-    *values.select_nth_unstable_by(k, f64::total_cmp).1
 }

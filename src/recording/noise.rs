@@ -12,7 +12,7 @@
 use thiserror::Error;
 
 use super::grid::TimeAxis;
-use super::{Channel, Recording, median_in_place, quantile_in_place};
+use super::statistics::{extremes, median_in_place, quantile_in_place};
 
 /// Orders of differences that are tried, highest first; a short record cannot afford a high one.
 const DIFFERENCE_ORDERS: [usize; 5] = [12, 8, 6, 4, 3];
@@ -67,20 +67,6 @@ pub struct NoiseEstimate {
     /// Whether half the order gives the same noise within a third. If not, motion
     /// reaches to the highest frequencies or a filter has removed the noise there.
     pub white: bool,
-}
-
-/// Noise of a channel of a recording.
-///
-/// # Errors
-/// [`NoiseError`] if the channel was not recorded or is too short.
-pub fn recording_noise(
-    recording: &Recording,
-    channel: Channel,
-) -> Result<NoiseEstimate, NoiseError> {
-    let values = recording
-        .channel(channel)
-        .ok_or(NoiseError::NotRecorded(channel.symbol()))?;
-    estimate_noise(recording.axis(), values)
 }
 
 /// Noise of evenly or nearly evenly sampled `values`; missing samples (NaN) and gaps
@@ -246,7 +232,7 @@ fn lattice_step(values: &[f64], runs: &[std::ops::Range<usize>]) -> Option<f64> 
         .or_else(|| common().filter(|s| *s > 1e-5 * scale && on_lattice(*s)))?;
     // A single step size says nothing of a lattice, unless many such steps climb over many
     // levels: one sees it by several.
-    let (low, high) = super::extremes(values);
+    let (low, high) = extremes(values);
     let staircase =
         differences.len() >= MIN_STAIRCASE_STEPS && high - low > MIN_STAIRCASE_LEVELS * step;
     let varied = staircase || differences.iter().any(|d| *d > 1.5 * step);

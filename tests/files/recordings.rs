@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use impactscope::recording::csv::{import_auto, preview};
 use impactscope::recording::features::{FeatureOptions, recording_features};
-use impactscope::recording::noise::recording_noise;
 use impactscope::recording::{Channel, ImportWarning, Recording, WarningKind};
 
 fn real_files() -> Vec<PathBuf> {
@@ -79,7 +78,7 @@ fn real_files_read_without_a_dialog() {
 fn real_files_have_plausible_noise_and_no_invented_contact() {
     for path in real_files() {
         let r = read(&path);
-        let noise = recording_noise(&r, Channel::ProofMass).unwrap();
+        let noise = r.estimate_noise(Channel::ProofMass).unwrap();
         println!("{}: {noise:?}", r.name);
         let bounds = if r.name.starts_with("faller") {
             1e-3..0.3

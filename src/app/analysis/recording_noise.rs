@@ -7,7 +7,7 @@ use eframe::egui::{Id, Ui};
 use crate::app::setup::overlay::Overlay;
 use crate::diagnose::thresholds::OWN_NOISE_MIN_RATIO;
 use crate::model::unit::format_quantity;
-use crate::recording::noise::{NoiseEstimate, recording_noise};
+use crate::recording::noise::NoiseEstimate;
 use crate::recording::{Channel, Recording};
 
 /// Noise below this is reported as none \[m\]; it is far below any displacement sensor.
@@ -19,7 +19,9 @@ const MAX_FOREGROUND_SAMPLES: usize = 200_000;
 type Estimate = Arc<OnceLock<Result<NoiseEstimate, String>>>;
 
 fn estimate(recording: &Recording) -> Result<NoiseEstimate, String> {
-    recording_noise(recording, Channel::ProofMass).map_err(|error| error.to_string())
+    recording
+        .estimate_noise(Channel::ProofMass)
+        .map_err(|error| error.to_string())
 }
 
 fn of(ui: &Ui, overlay: &Overlay) -> Estimate {

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
-use crate::app::setup::drive_choice::OwnDrive;
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
 use crate::app::setup::overlay::{Estimates, Overlay};
+use crate::app::setup::own_drive::OwnDrive;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;

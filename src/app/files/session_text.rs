@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use super::built_in;
 use crate::app::setup::current_setup::Setup;
-use crate::app::setup::drive_choice::OwnDrive;
 use crate::app::setup::drive_text::{DriveEntry, OwnDriveEntry};
 use crate::app::setup::overlay::{Estimates, Overlay, Role};
+use crate::app::setup::own_drive::OwnDrive;
 use crate::app::setup::view::View;
 use crate::model::preset::Preset;
 use crate::model::preset::toml_fault::{TomlFault, short_reason};

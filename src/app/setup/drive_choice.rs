@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::overlay::OverlayId;
-use crate::model::drive::{DriveReading, Waveform};
+use crate::model::drive::Waveform;
 
 /// The drive of the simulation.
 #[derive(Debug, Clone, PartialEq)]
@@ -12,23 +12,6 @@ pub enum DriveChoice {
     Waveform(Waveform),
     /// The voltage of a loaded recording.
     Recorded(OverlayId),
-}
-
-/// The drive under which a recording's own run is simulated.
-#[derive(Debug, Clone, PartialEq)]
-pub enum OwnDrive {
-    /// Its measured voltage; the drive of the simulation for one without voltage.
-    Measured(DriveReading),
-    /// The drive of the simulation.
-    Shared,
-    /// A waveform chosen for it.
-    Chosen(Waveform),
-}
-
-impl Default for OwnDrive {
-    fn default() -> Self {
-        Self::Measured(DriveReading::Recognised)
-    }
 }
 
 /// Live or whole-span mode of the Tune workspace.

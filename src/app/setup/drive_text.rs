@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::drive_choice::{DriveChoice, OwnDrive};
+use super::drive_choice::DriveChoice;
+use super::own_drive::OwnDrive;
 use crate::model::drive::{DriveReading, VoltageTable, Waveform};
 use crate::recording::measured_drive::drive_of_samples;
 

@@ -7,6 +7,7 @@ pub mod drive_choice;
 pub(super) mod drive_text;
 pub mod notice;
 pub mod overlay;
+pub mod own_drive;
 pub(super) mod reference_curve;
 pub mod undo;
 pub mod view;

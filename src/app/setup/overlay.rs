@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::drive_choice::OwnDrive;
+use super::own_drive::OwnDrive;
 use crate::model::drive::DriveReading;
 use crate::recording::Recording;
 use crate::recording::align::Alignment;

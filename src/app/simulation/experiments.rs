@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use super::min_max_pyramid::Pyramid;
 use super::snapshot::{OverlayComparison, OwnRun};
-use crate::app::setup::drive_choice::OwnDrive;
 use crate::app::setup::overlay::{Overlay, OverlayId};
+use crate::app::setup::own_drive::OwnDrive;
 use crate::fit::FreeNuisances;
 use crate::fit::experiment::{Experiment, ExperimentResult, InstrumentPriors, improve_drive};
 use crate::model::Model;

@@ -1,7 +1,7 @@
 //! Noise of a channel with missing samples.
 
 use crate::model::sensor::Sensor;
-use crate::recording::noise::{NoiseError, NoiseEstimate, estimate_noise, recording_noise};
+use crate::recording::noise::{NoiseError, NoiseEstimate, estimate_noise};
 use crate::recording::{Channel, Recording};
 
 /// Noise of a channel. If missing samples leave no run that is long enough, single missing samples
@@ -11,7 +11,7 @@ use crate::recording::{Channel, Recording};
 /// # Errors
 /// [`NoiseError`] if the channel was not recorded or is too short or broken even so.
 pub(crate) fn noise_of(r: &Recording, channel: Channel) -> Result<NoiseEstimate, NoiseError> {
-    recording_noise(r, channel).or_else(|error| {
+    r.estimate_noise(channel).or_else(|error| {
         let values = r.channel(channel).ok_or(error)?;
         let unit = Sensor {
             noise: 1.0,

@@ -240,7 +240,9 @@ impl Segment {
 impl Waveform {
     /// Voltage \[V\] at `t` \[s\].
     pub fn voltage(&self, t: f64) -> f64 {
-        self.segment(self.index_at(t)).shape.voltage(t)
+        let segment = self.segment(self.index_at(t));
+        // At times so late that segments are shorter than rounding, the last one reached counts.
+        segment.shape.voltage(t.max(segment.start).min(segment.end))
     }
 
     /// The longest time over which the voltage repeats \[s\], if it does.

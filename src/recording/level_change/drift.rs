@@ -282,7 +282,6 @@ fn through(
 mod tests {
     use super::super::drift::*;
     use crate::recording::Channel;
-    use crate::recording::noise::recording_noise as noise_of;
 
     /// A mass that is on the ground half of each 10 ms, jumps 80 um between and rests up
     /// there for a while, with a stand-in for noise; the zero moves by `drift`.
@@ -308,7 +307,7 @@ mod tests {
     }
 
     fn found(recording: &Recording) -> Option<LevelDrift> {
-        find_level_drift(recording, noise_of(recording, Channel::ProofMass).ok())
+        find_level_drift(recording, recording.estimate_noise(Channel::ProofMass).ok())
     }
 
     #[test]

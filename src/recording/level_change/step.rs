@@ -186,7 +186,6 @@ pub fn find_level_step(recording: &Recording, noise: Option<NoiseEstimate>) -> O
 mod tests {
     use super::super::step::*;
     use crate::recording::Channel;
-    use crate::recording::noise::recording_noise as noise_of;
 
     /// A mass that is on the ground half of each 10 ms and jumps 20 um between, with a
     /// stand-in for noise, even over `width` \[m\]; the ground's level at a time is `level`.
@@ -204,7 +203,7 @@ mod tests {
     }
 
     fn found(recording: &Recording) -> Option<LevelStep> {
-        find_level_step(recording, noise_of(recording, Channel::ProofMass).ok())
+        find_level_step(recording, recording.estimate_noise(Channel::ProofMass).ok())
     }
 
     #[test]
@@ -274,7 +273,7 @@ mod tests {
             let begun = 0..1400;
             let axis = TimeAxis::Samples(&recording.time[begun.clone()]);
             let volts = &recording.voltage.as_ref().unwrap()[begun.clone()];
-            let noise = noise_of(&recording, Channel::ProofMass).ok();
+            let noise = recording.estimate_noise(Channel::ProofMass).ok();
             let landing = &recording.proof_mass[begun];
             let sign = estimate_contact_level(axis, Some(volts), landing, noise);
             assert!(matches!(sign, Err(Missing::NoArrival { .. })), "{sign:?}");

@@ -17,10 +17,9 @@ mod pieces;
 mod round_number;
 mod samples;
 mod sinusoid;
-mod spline;
+mod smooth;
 #[cfg(test)]
 mod tests;
-mod turn;
 mod words;
 
 use std::sync::Arc;

@@ -1,5 +1,7 @@
 //! What was found as smooth pieces with branches of the hysteresis loop, and as edges.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::DriveEdge;
@@ -7,8 +9,8 @@ use super::knots::{Knot, Knots};
 use super::lines::jump_blocks;
 use super::samples::{Samples, Span};
 use super::sinusoid::Sinusoids;
-use super::spline::{Cubic, smooth};
-use super::turn::refine_turn;
+use super::smooth::turn::refine_turn;
+use super::smooth::{Cubic, smooth};
 use crate::model::drive::{Segment, Shape};
 use crate::model::piezo::Branch;
 
@@ -290,19 +292,7 @@ pub fn smoothed(samples: &Samples<'_>) -> (Vec<Segment>, Vec<DriveEdge>) {
         .map(|block| smooth(&samples.part(block.start, block.end)))
         .collect();
     let mut turns = branch_turns(samples, &cubics);
-    turns.par_iter_mut().for_each(|(turn, _)| {
-        let near = samples.time.partition_point(|&t| t < turn.time);
-        let block = blocks.partition_point(|b| b.end <= near);
-        let block = blocks.get(block).filter(|b| b.contains(&near));
-        let refined =
-            block.and_then(|b| refine_turn(samples, near, turn.samples / 2, (b.start, b.end)));
-        if let Some((time, sigma)) = refined
-            && (time - turn.time).abs()
-                < (MAX_TURN_CHANGE_SIGMAS * turn.time_sigma).max(2.0 * samples.interval)
-        {
-            (turn.time, turn.time_sigma) = (time, sigma);
-        }
-    });
+    refine_turns(samples, &blocks, &mut turns);
     let first_value = samples.volts[0];
     let mut pieces: Vec<Segment> = Vec::new();
     let mut edges = Vec::new();
@@ -383,6 +373,23 @@ pub fn smoothed(samples: &Samples<'_>) -> (Vec<Segment>, Vec<DriveEdge>) {
         .map_or(first_value, |p| p.shape.voltage(time));
     pieces.push(hold(time, f64::INFINITY, value, branch));
     (pieces, edges)
+}
+
+/// Better instants of the turns, from the samples around each.
+fn refine_turns(samples: &Samples<'_>, blocks: &[Range<usize>], turns: &mut [(Extreme, Branch)]) {
+    turns.par_iter_mut().for_each(|(turn, _)| {
+        let near = samples.time.partition_point(|&t| t < turn.time);
+        let block = blocks.partition_point(|b| b.end <= near);
+        let block = blocks.get(block).filter(|b| b.contains(&near));
+        let refined =
+            block.and_then(|b| refine_turn(samples, near, turn.samples / 2, (b.start, b.end)));
+        if let Some((time, sigma)) = refined
+            && (time - turn.time).abs()
+                < (MAX_TURN_CHANGE_SIGMAS * turn.time_sigma).max(2.0 * samples.interval)
+        {
+            (turn.time, turn.time_sigma) = (time, sigma);
+        }
+    });
 }
 
 /// Where the voltage turns by more than its noise, and the branch from there on. On a level that

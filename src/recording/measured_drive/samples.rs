@@ -1,7 +1,8 @@
 //! The samples of a measured voltage, their error, and the test that a curve is all there is in them.
 
-use crate::recording::TimeAxis;
+use crate::recording::grid::TimeAxis;
 use crate::recording::noise::estimate_noise;
+use crate::recording::statistics::{extremes, median_interval};
 
 /// Sampling intervals by which the times of samples may be off: rounding. A jump so near to a
 /// sample lies before or after it.
@@ -51,7 +52,7 @@ pub struct Span {
 impl<'a> Samples<'a> {
     /// Estimates the error of `volts`, taken at `time`, at least two of each.
     pub fn new(time: &'a [f64], volts: &'a [f64]) -> Self {
-        let range = crate::recording::extremes(volts);
+        let range = extremes(volts);
         let span = range.1 - range.0;
         let noise = estimate_noise(TimeAxis::Samples(time), volts).ok();
         let floor = (MIN_ERROR_SHARE * span).max(1e-12);
@@ -63,7 +64,7 @@ impl<'a> Samples<'a> {
                 .filter(|n| n.quantised)
                 .and_then(|n| n.step)
                 .unwrap_or(0.0),
-            interval: crate::recording::median_interval(time),
+            interval: median_interval(time),
             range,
         }
     }

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::samples::Samples;
+use crate::recording::measured_drive::samples::Samples;
 
 /// Degree of the polynomial.
 const DEGREE: usize = 6;

@@ -3,6 +3,8 @@
 //! Least squares on cubic B-splines. Intervals between knots are halved where the samples deviate
 //! from the spline by more than their error, until nowhere they do.
 
+pub mod turn;
+
 use nalgebra::{SMatrix, SVector};
 
 use rayon::prelude::*;
