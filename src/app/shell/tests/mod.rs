@@ -391,6 +391,8 @@ fn a_moved_recording_of_a_session_can_be_located() {
     let saved = folder.path().join("s.impactscope.toml");
     let state = &first.state().services.state;
     session::save(&saved, &state.setup, &state.view, &[]).unwrap();
+    // Another open window would be reported by the second one.
+    drop(first);
     std::fs::create_dir(folder.path().join("moved")).unwrap();
     std::fs::rename(&before, &after).unwrap();
     let options = WindowOptions {
@@ -431,6 +433,7 @@ fn a_missing_recording_can_be_removed_from_its_session() {
     let saved = folder.path().join("s.impactscope.toml");
     let state = &first.state().services.state;
     session::save(&saved, &state.setup, &state.view, &[]).unwrap();
+    drop(first);
     std::fs::remove_file(&file).unwrap();
     let mut second = harness_of(preset("paper"), options(&saved));
     read_all(&mut second);
