@@ -22,6 +22,9 @@ const LETTER_WIDTH: f32 = 6.4;
 const VALUE_WIDTH: f32 = 76.0;
 /// Longest name that is written in full \[letters\].
 const MAX_NAME_LETTERS: usize = 40;
+/// Shortest that a long name becomes in a narrow window \[letters\]: the last ten, by which the
+/// names of a series differ, and a few of the first.
+const MIN_NAME_LETTERS: usize = 14;
 /// Height of a row \[points\].
 const ROW_HEIGHT: f32 = 18.0;
 
@@ -165,7 +168,7 @@ impl Readout {
     fn rows(&self, width: f32) -> Vec<&[Entry]> {
         let (mut rows, mut start, mut used) = (Vec::new(), 0, 0.0);
         for (i, entry) in self.entries.iter().enumerate() {
-            let wide = entry.width();
+            let wide = entry.width(width);
             if i > start && used + wide > width {
                 rows.push(&self.entries[start..i]);
                 (start, used) = (i, 0.0);
@@ -186,12 +189,13 @@ impl Readout {
     /// Draws it over the whole width. Returns the keys of curves that were clicked.
     pub fn show(&self, ui: &mut Ui) -> Vec<String> {
         let mut switched = Vec::new();
-        for row in self.rows(ui.available_width()) {
+        let width = ui.available_width();
+        for row in self.rows(width) {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing = vec2(4.0, 0.0);
                 for entry in row {
                     let layout = Layout::left_to_right(Align::Center);
-                    let size = vec2(entry.width() - 4.0, ROW_HEIGHT);
+                    let size = vec2(entry.width(width) - 4.0, ROW_HEIGHT);
                     ui.allocate_ui_with_layout(size, layout, |ui| {
                         ui.set_min_size(size);
                         if entry.show(ui)
@@ -300,12 +304,18 @@ fn of_recordings(ui: &Ui, state: &State, plots: &[TimePlot], time: Option<f64>) 
 /// A name without its `.csv`; a long one also without its middle, since the names of a
 /// series differ at the end.
 pub fn shortened(name: &str) -> String {
+    shortened_to(name, MAX_NAME_LETTERS)
+}
+
+/// [`shortened`] to at most `most` letters, but never to less than both ends.
+fn shortened_to(name: &str, most: usize) -> String {
+    let most = most.clamp(MIN_NAME_LETTERS, MAX_NAME_LETTERS);
     let name = name.strip_suffix(".csv").unwrap_or(name);
     let letters: Vec<char> = name.chars().collect();
-    if letters.len() <= MAX_NAME_LETTERS {
+    if letters.len() <= most {
         return name.to_owned();
     }
-    let start: String = letters[..MAX_NAME_LETTERS - 11].iter().collect();
+    let start: String = letters[..most - 11].iter().collect();
     let end: String = letters[letters.len() - 10..].iter().collect();
     format!("{}\u{2026}{}", start.trim_end(), end.trim_start())
 }
@@ -316,15 +326,21 @@ pub fn time(state: &State) -> Option<f64> {
 }
 
 impl Entry {
-    /// Its width, whatever its value \[points\].
-    fn width(&self) -> f32 {
+    /// Its width, whatever its value, in a row of `room` \[points\]. A row that it does not fit
+    /// into shortens its name: otherwise it would push the plots below it out of their panel.
+    fn width(&self, room: f32) -> f32 {
         let name = LETTER_WIDTH * shortened(&self.name).chars().count() as f32;
+        (name + self.width_without_name()).min(room)
+    }
+
+    /// Width of all but the name \[points\].
+    fn width_without_name(&self) -> f32 {
         let value = if self.mark.is_some() {
             0.0
         } else {
             VALUE_WIDTH
         };
-        SWATCH_WIDTH + name + value + 10.0
+        SWATCH_WIDTH + value + 10.0
     }
 
     /// Draws it; returns whether it was clicked.
@@ -347,7 +363,9 @@ impl Entry {
             }
         }
         let value = RichText::new(&self.value).size(12.0).strong();
-        let mut name = RichText::new(shortened(&self.name)).size(12.0);
+        let for_name = cell.width() + 4.0 - self.width_without_name();
+        let letters = (for_name / LETTER_WIDTH + 0.5) as usize;
+        let mut name = RichText::new(shortened_to(&self.name, letters)).size(12.0);
         if hidden {
             name = name.weak().strikethrough();
         }
@@ -385,5 +403,27 @@ mod tests {
         };
         assert_ne!(long("0001"), long("0002"));
         assert!(long("0001").chars().count() <= MAX_NAME_LETTERS);
+    }
+
+    #[test]
+    fn an_entry_takes_no_more_than_the_row_that_it_is_in() {
+        let entry = Entry {
+            color: None,
+            name: "xp a-recording-with-a-rather-long-file-name-2024-03-11.csv".to_owned(),
+            value: String::new(),
+            switch: None,
+            mark: None,
+            details: Vec::new(),
+        };
+        assert_eq!(entry.width(243.0), 243.0);
+        let wide = entry.width(f32::INFINITY);
+        assert!((300.0..400.0).contains(&wide), "{wide}");
+        let narrow = shortened_to(&entry.name, 22);
+        assert_eq!(narrow, "xp a-record\u{2026}2024-03-11");
+        let shortest = shortened_to(&entry.name, 0);
+        assert_eq!(
+            shortest, "xp\u{2026}2024-03-11",
+            "without a space at the cut"
+        );
     }
 }

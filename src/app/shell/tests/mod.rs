@@ -391,6 +391,7 @@ fn a_moved_recording_of_a_session_can_be_located() {
     let saved = folder.path().join("s.impactscope.toml");
     let state = &first.state().services.state;
     session::save(&saved, &state.setup, &state.view, &[]).unwrap();
+    // Another open window would be reported by the second one.
     drop(first);
     std::fs::create_dir(folder.path().join("moved")).unwrap();
     std::fs::rename(&before, &after).unwrap();

@@ -55,8 +55,13 @@ fn the_reference_curve_comes_back_with_the_session() {
     let saved = window.folder.path().join("s.impactscope.toml");
     save(first.state(), &saved);
     let before = curve(first.state()).unwrap();
-    drop(window.harness);
+    // Another open window would be reported by the second one. The folder stays.
+    let WithRecording {
+        harness, folder, ..
+    } = window;
+    drop(harness);
     let second = opened(&saved);
+    drop(folder);
     assert_eq!(curve(second.state()).unwrap(), before, "to the last bit");
     let reference = second.state().services.state.reference.clone().unwrap();
     assert_eq!(reference.model.parameters[ParameterId::Alpha], 0.378);

@@ -73,14 +73,15 @@ impl Tool {
     }
 
     fn content(self, ui: &mut Ui, state: &mut State) {
-        // The wide ones scroll in both directions.
-        let area = match self {
+        match self {
             Self::Readouts => return side_panel(ui, state),
             Self::Table => return table_a1::panel::show(ui, state),
-            Self::Identification => ScrollArea::both(),
-            Self::Drive | Self::Fit => ScrollArea::vertical(),
-        };
-        area.id_salt(("tool", self.title()))
+            Self::Drive | Self::Fit | Self::Identification => {}
+        }
+        // In both directions: content wider than the panel would push it out of the window, and
+        // the plots under it.
+        ScrollArea::both()
+            .id_salt(("tool", self.title()))
             .auto_shrink([false, false])
             .show(ui, |ui| match self {
                 Self::Drive => editor::show(ui, state, Place::Window),
