@@ -138,10 +138,10 @@ fn buttons_of(services: &Services, ui: &mut Ui, i: usize) -> Option<Clicked> {
     let mut clicked = None;
     let shown = |id| services.state.setup.overlays.iter().any(|o| o.id == id);
     match notice.about {
-        Some(About::Recording(id)) if shown(id) => {
-            if ui.small_button("Import settings...").clicked() {
-                clicked = Some(Clicked::Import(id));
-            }
+        Some(About::Recording(id))
+            if shown(id) && ui.small_button("Import settings...").clicked() =>
+        {
+            clicked = Some(Clicked::Import(id));
         }
         Some(About::Lost(id)) => {
             if ui.small_button("Locate...").clicked() {

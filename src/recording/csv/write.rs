@@ -336,7 +336,11 @@ mod tests {
             }
         };
         // In the middle between two decimals of 17 digits.
-        for value in [2f64.powi(-25), 2f64.powi(50), -904169666483526.25] {
+        for value in [
+            2f64.powi(-25),
+            2f64.powi(50),
+            -3_616_678_665_934_105.0 / 4.0,
+        ] {
             check(value);
         }
         for exponent in -1074..1024 {

@@ -350,9 +350,9 @@ impl Cycle {
         }
     }
 
-    /// The same with the frequency, the phase and the voltages that a person would have set, where
-    /// the samples allow them.
-    pub fn rounded(&self, samples: &Samples<'_>, knots: &Knots) -> Self {
+    /// The same with the frequency, the phase (counted from `start` \[s\]) and the voltages that a
+    /// person would have set, where the samples allow them.
+    pub fn rounded(&self, start: f64, samples: &Samples<'_>, knots: &Knots) -> Self {
         let mut cycle = self.clone();
         let (low, high) = self.period_bounds;
         if let Some(frequency) = round_between(1.0 / high, 1.0 / low) {
@@ -367,7 +367,7 @@ impl Cycle {
             cycle.knots = again;
             cycle.level();
         }
-        cycle.round_phase(CLOCK_INTERVALS * samples.interval);
+        cycle.round_phase(start, CLOCK_INTERVALS * samples.interval);
         cycle.round_voltages();
         cycle
     }
@@ -396,12 +396,12 @@ impl Cycle {
         (0, 0.0)
     }
 
-    /// `fuzz` is the rounding of times \[s\].
-    fn round_phase(&mut self, fuzz: f64) {
+    /// Times count from the first sample, at `start` \[s\]; `fuzz` is their rounding \[s\].
+    fn round_phase(&mut self, start: f64, fuzz: f64) {
         let (k, extra) = self.reference();
         let at = self.knot(k as i64);
-        let turns = ((at.time + extra) / self.period).round();
-        let shift = extra - turns * self.period;
+        let turns = ((at.time + extra - start) / self.period).round();
+        let shift = extra - start - turns * self.period;
         if let Some(round) = round_between(at.bounds.0 + shift - fuzz, at.bounds.1 + shift + fuzz) {
             let off = round - (at.time + shift);
             for knot in &mut self.knots {

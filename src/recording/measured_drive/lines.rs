@@ -289,13 +289,16 @@ fn merge(
     lines: &mut Vec<Line>,
 ) {
     let mut k = 0;
-    let index = |t: f64| samples.time.partition_point(|&s| s < t);
+    let index = |t: f64| samples.time.partition_point(|&s| s < t).clamp(from, end);
     while k < corners.len() {
         let a = if k == 0 { from } else { index(corners[k - 1]) };
         let b = corners.get(k + 1).map_or(end, |&t| index(t));
+        if b <= a + 2 {
+            k += 1;
+            continue;
+        }
         let one = line_through(samples, a, b);
-        let part = samples.part(a, b);
-        if b > a + 2 && part.are(|t| one.voltage(t)) {
+        if samples.part(a, b).are(|t| one.voltage(t)) {
             corners.remove(k);
             lines[k] = one;
             lines.remove(k + 1);

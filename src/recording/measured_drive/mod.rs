@@ -183,7 +183,7 @@ fn are_likely_lines(samples: &Samples<'_>) -> bool {
 fn cycle_of(samples: &Samples<'_>, part: &Samples<'_>, lines: &Lines) -> Option<Cycle> {
     let knots = Knots::of(part, lines);
     let cycle = find_cycle(part, &knots)?;
-    let rounded = cycle.rounded(part, &knots);
+    let rounded = cycle.rounded(samples.time[0], part, &knots);
     [rounded, cycle]
         .into_iter()
         .find(|candidate| candidate.expand(samples.in_time()).are_all_of(samples))

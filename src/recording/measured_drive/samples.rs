@@ -140,8 +140,7 @@ impl<'a> Samples<'a> {
                     continue;
                 };
                 let off = self.volts[i] - value;
-                // Written so that a NaN fails.
-                if !(off.abs() <= reach) {
+                if off.is_nan() || off.abs() > reach {
                     return false;
                 }
                 sum += off;

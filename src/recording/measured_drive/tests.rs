@@ -163,7 +163,8 @@ fn many_edges_narrow_each_one() {
 
 #[test]
 fn other_waveforms_are_known_too() {
-    let cases: Vec<(&str, Box<dyn Fn(f64) -> f64>, &str)> = vec![
+    type Case = (&'static str, Box<dyn Fn(f64) -> f64>, &'static str);
+    let cases: Vec<Case> = vec![
         ("level", Box::new(|_| 3.0), "constant 3 V"),
         (
             "sawtooth",

@@ -120,7 +120,7 @@ fn vertex(samples: &Samples<'_>, near: usize, half: usize) -> Option<(f64, f64)>
     for _ in 0..20 {
         let change = slope(x) / bend_at(x);
         x -= change;
-        if !(x.abs() < 0.7) {
+        if x.is_nan() || x.abs() >= 0.7 {
             return None;
         }
         if change.abs() < 1e-9 {
