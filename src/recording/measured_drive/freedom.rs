@@ -49,6 +49,7 @@ pub fn of(samples: &Samples<'_>, found: &Found) -> Vec<DriveFreedom> {
             let (low, high) = cycle.period_bounds;
             let off = |t: f64| (t / cycle.period - 1.0).abs();
             let stretch = off(low).max(off(high));
+            let [factor, offset] = of_voltages(amplitude, sigma, most);
             let mut all = vec![
                 DriveFreedom {
                     name: "period",
@@ -56,18 +57,8 @@ pub fn of(samples: &Samples<'_>, found: &Found) -> Vec<DriveFreedom> {
                     sigma: stretch,
                     most: stretch,
                 },
-                DriveFreedom {
-                    name: "amplitude",
-                    unit: "",
-                    sigma: sigma / amplitude,
-                    most: most / amplitude,
-                },
-                DriveFreedom {
-                    name: "offset",
-                    unit: "V",
-                    sigma,
-                    most,
-                },
+                factor,
+                offset,
             ];
             for knot in cycle.knots.iter().skip(1).take(MAX_OPEN_KNOTS) {
                 let reach = (knot.bounds.1 - knot.time).max(knot.time - knot.bounds.0);
@@ -90,6 +81,7 @@ pub fn of(samples: &Samples<'_>, found: &Found) -> Vec<DriveFreedom> {
             // A phase known to so many turns at both ends.
             let turns = part.time_sigma * part.from.abs();
             let stretch = 3.5 * turns / (part.from.abs() * (span.last - span.first));
+            let [factor, offset] = of_voltages(amplitude, sigma, most);
             vec![
                 DriveFreedom {
                     name: "frequency",
@@ -97,22 +89,31 @@ pub fn of(samples: &Samples<'_>, found: &Found) -> Vec<DriveFreedom> {
                     sigma: stretch,
                     most: MAX_SIGMAS * stretch,
                 },
-                DriveFreedom {
-                    name: "amplitude",
-                    unit: "",
-                    sigma: sigma / amplitude,
-                    most: most / amplitude,
-                },
-                DriveFreedom {
-                    name: "offset",
-                    unit: "V",
-                    sigma,
-                    most,
-                },
+                factor,
+                offset,
             ]
         }
         Found::Lines(_) | Found::Smooth | Found::Points => Vec::new(),
     }
+}
+
+/// Factor on the amplitude and offset of a waveform whose voltages have standard deviation `sigma`
+/// and are off by `most` at most \[V\].
+fn of_voltages(amplitude: f64, sigma: f64, most: f64) -> [DriveFreedom; 2] {
+    [
+        DriveFreedom {
+            name: "amplitude",
+            unit: "",
+            sigma: sigma / amplitude,
+            most: most / amplitude,
+        },
+        DriveFreedom {
+            name: "offset",
+            unit: "V",
+            sigma,
+            most,
+        },
+    ]
 }
 
 /// Whether a voltage is one of two digits, as people set them.
