@@ -7,7 +7,7 @@ use crate::model::drive::{DriveReading, Waveform};
 use crate::model::effects::ActiveEffect;
 use crate::model::piezo::MEASURED_VOLTAGE;
 use crate::model::preset::Preset;
-use crate::model::unit::{format_quantity, parse_quantity};
+use crate::model::unit::{counted, format_quantity, parse_quantity};
 use crate::model::{Model, effects};
 use crate::recording::csv::import_voltage;
 use crate::recording::measured_drive::drive_of_samples;
@@ -15,16 +15,33 @@ use crate::recording::measured_drive::drive_of_samples;
 /// Factor outside its slider's range from which a value is odd.
 const ODD_VALUE_FACTOR: f64 = 10.0;
 
-/// A drive as on the command line, files included.
+/// The file of a drive and how it is read, if the drive is one.
+pub fn drive_file(text: &str) -> Option<(&str, DriveReading)> {
+    let measured = text
+        .strip_prefix("table:")
+        .map(|file| (file, DriveReading::Recognised));
+    let points = || {
+        text.strip_prefix("points:")
+            .map(|file| (file, DriveReading::PointByPoint))
+    };
+    measured.or_else(points)
+}
+
+/// A drive as on the command line, files included. How a file was read is said.
 pub fn read_drive(text: &str, duration: f64) -> Result<Waveform, Failure> {
-    if let Some(file) = text.strip_prefix("table:") {
+    if let Some((file, reading)) = drive_file(text) {
         let (time, voltage) = import_voltage(file.as_ref())?;
-        return Ok(drive_of_samples(
-            file,
-            time,
-            voltage,
-            DriveReading::Recognised,
-        )?);
+        let rows = time.len();
+        let drive = drive_of_samples(file, time, voltage, reading)?;
+        let Waveform::Table(table) = &drive else {
+            return Ok(drive);
+        };
+        let read = match table.text() {
+            Some(text) => format!("read as {text}; points:FILE joins its rows by straight lines"),
+            None => format!("{} joined by straight lines", counted(rows, "row")),
+        };
+        terminal::line(&format!("{file}: {read}"));
+        return Ok(drive);
     }
     if text == "recorded" {
         return Err(wrong_command(anyhow::anyhow!(

@@ -33,6 +33,7 @@ pub mod thresholds;
 pub mod verdict;
 
 pub use self::ambiguous_contact::diagnose;
+pub use self::answer::evaluate::{StretchMisfit, evaluate};
 pub use self::diagnosis::{Diagnosis, Verdict};
 pub use self::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress};
 pub use self::thresholds::CALIBRATED_PRECISION;

@@ -38,7 +38,7 @@ pub mod uncertainty;
 pub use self::error::FitError;
 pub use self::options::Part;
 pub use self::options::{FitOptions, FreeNuisances, default_free};
-pub use self::pipeline::{evaluate, fit, free_run};
+pub use self::pipeline::{evaluate, fit};
 pub use self::solve::levenberg_marquardt::{Control, Progress};
 pub use self::uncertainty::fit_result::{FitResult, FittedParameter, Misfit};
 pub use self::uncertainty::profile_likelihood::{ProfilePoint, profile_of};

@@ -34,6 +34,20 @@ impl Default for FreeNuisances {
     }
 }
 
+impl FreeNuisances {
+    /// Those of a recording: what a person has said of its instrument comes first. A lag given for
+    /// all comes on top of its own.
+    #[must_use]
+    pub fn of(&self, recording: &Recording) -> Self {
+        recording.instrument.map_or(*self, |own| Self {
+            offsets: own.zeros,
+            scales: own.scale,
+            skew: own.clock,
+            reading_lag: self.reading_lag + own.lag,
+        })
+    }
+}
+
 /// What to fit, and how.
 ///
 /// # Examples

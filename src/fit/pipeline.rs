@@ -15,10 +15,8 @@ use super::solve::point::{Point, settle, threshold};
 use super::uncertainty::device_consistency::disagreements;
 use super::uncertainty::fit_result::{FitResult, Misfit, misfit_remarks, misfits, uncertainty};
 use crate::model::Model;
-use crate::model::drive::{DriveReading, Waveform};
 use crate::model::parameter::ParameterId;
-use crate::recording::Recording;
-use crate::sim::{Options, SimError, simulate};
+use crate::sim::SimError;
 
 /// Iterations that states and nuisances usually take, for the estimate of the time left.
 const EXPECTED_ESTIMATE_ITERATIONS: usize = 5;
@@ -295,51 +293,17 @@ fn evaluate_on(
     Ok(misfits(&prepared, &point)?)
 }
 
-/// Root mean square of (simulation - recording) of the proof mass over a whole run from rest
-/// \[m\]. For information only: after an impact it grows however good the model is. `None` if
-/// the two do not overlap.
-///
-/// # Errors
-/// [`SimError`] if the model cannot be simulated.
-pub fn free_run(model: &Model, recording: &Recording) -> Result<Option<f64>, SimError> {
-    let drive = match recording.drive(DriveReading::Recognised) {
-        Some(drive) => drive?.waveform(&recording.name, 0.0),
-        None => Waveform::Rest,
-    };
-    let options = Options {
-        rate: recording.sampling_rate(),
-        ..Options::default()
-    };
-    let (_, end) = recording.span();
-    if end <= 0.0 {
-        return Ok(None);
-    }
-    let trace = simulate(model, &drive, end, &options)?;
-    let grid = crate::recording::Grid {
-        t0: trace.t0,
-        dt: trace.dt,
-        values: &trace.proof_mass,
-        slopes: Some(&trace.proof_mass_velocity),
-    };
-    let misses: Vec<f64> = recording
-        .time
-        .iter()
-        .zip(&recording.proof_mass)
-        .filter_map(|(&t, x)| grid.value_at(t).map(|s| s - x))
-        .filter(|d| d.is_finite())
-        .collect();
-    let square: f64 = misses.iter().map(|d| d * d).sum();
-    Ok((!misses.is_empty()).then(|| (square / misses.len() as f64).sqrt()))
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
     use std::sync::atomic::AtomicBool;
 
     use super::super::pipeline::*;
+    use crate::model::drive::Waveform;
     use crate::model::preset::Preset;
     use crate::model::sensor::Sensor;
+    use crate::recording::Recording;
+    use crate::sim::{Options, simulate};
 
     #[test]
     fn an_undetermined_film_goes_back_to_its_gap_and_the_rest_follows() {

@@ -315,6 +315,25 @@ pub const TABLE_HUBER_THRESHOLD: f64 = 1.5;
 /// They are few, so that this is a weak test.
 pub const MIN_GAIN_SIGMAS: f64 = 2.0;
 
+// The start of a recording. Check with `cargo test --lib fit::experiment`.
+/// Distance of the first reading from where the device would begin, from which the start is another
+/// \[share of what the mass moves in the first stretch\]. Parameters that are wrong by a third mimic
+/// less.
+pub const START_DISTANCE_SHARE: f64 = 0.25;
+/// Velocity of the first readings from which they move at once \[its standard errors\]. A cubic is not
+/// all there is in them, so that five would come about by chance.
+pub const START_VELOCITY_SIGMAS: f64 = 6.0;
+/// What a cubic may leave of the first readings \[mean square in units of the noise\]. More samples
+/// would sharpen the velocity and bend it.
+pub const MAX_CUBIC_CHI2: f64 = 1.5;
+/// What the model may leave of the first stretch from another start, if that is to count though the
+/// readings alone do not demand it \[noise\]. A wrong device leaves more, and a free start would hide
+/// it.
+pub const MAX_FREE_START_REMAINDER: f64 = 1.5;
+/// Fall of the whole run's residual from which such a start counts \[share left of it\]. Chance and a
+/// slightly wrong device gain less.
+pub const FREE_START_REMAINING_SHARE: f64 = 0.8;
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;

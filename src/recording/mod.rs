@@ -13,6 +13,7 @@ pub mod compare;
 pub mod csv;
 pub(crate) mod error;
 pub mod events;
+pub mod experiment_setup;
 pub mod features;
 pub(crate) mod grid;
 pub mod lag;
@@ -40,6 +41,7 @@ use std::sync::{Arc, OnceLock};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use self::experiment_setup::{DriveSource, InstrumentUnknowns};
 use self::measured_drive::{MeasuredDrive, measured_drive};
 use self::noise::{NoiseError, NoiseEstimate, estimate_noise};
 use crate::model::drive::{DriveError, DriveReading};
@@ -127,6 +129,10 @@ pub struct Recording {
     pub cantilever: Option<Vec<f64>>,
     /// What the reader had to leave out or guess; shown to the user.
     pub warnings: Vec<ImportWarning>,
+    /// What drove it.
+    pub drive_source: DriveSource,
+    /// What of its instrument is unknown; `None` leaves it to the options of fit and diagnosis.
+    pub instrument: Option<InstrumentUnknowns>,
     /// Kept because it is asked for at every interpolation.
     interval: f64,
     /// What is computed of it when first asked for.
@@ -200,6 +206,8 @@ impl Recording {
             proof_mass,
             cantilever,
             warnings: Vec::new(),
+            drive_source: DriveSource::default(),
+            instrument: None,
             interval,
             derived: Derived::default(),
         })
@@ -361,6 +369,20 @@ impl Recording {
         match reading {
             DriveReading::Recognised => self.derived.drive.get_or_init(make).clone(),
             _ => make(),
+        }
+    }
+
+    /// The drive that acted, from [`Self::drive_source`]; `None` if that is a voltage that was not
+    /// measured.
+    #[must_use]
+    pub fn own_drive(&self) -> Option<DriveResult> {
+        match &self.drive_source {
+            DriveSource::Measured(reading) => self.drive(*reading),
+            DriveSource::Waveform { waveform, start } => {
+                let (first, last) = self.span();
+                let span = (first, last, self.interval);
+                Some(MeasuredDrive::of_waveform(waveform, *start, span).map(Arc::new))
+            }
         }
     }
 

@@ -60,6 +60,30 @@ pub fn simulate(
     simulate_while(model, drive, duration, options, || true).map(Option::unwrap_or_default)
 }
 
+/// The state in which a run begins, where that is not rest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StartState {
+    /// Coordinates and velocities: those in flight, or on the ground. Effects begin settled.
+    pub state: StretchState,
+    /// Since when the mass is on the ground \[s\], at most 0; `None` in flight.
+    pub held_since: Option<f64>,
+}
+
+impl StartState {
+    /// That of the parameters `x0` and `v0`.
+    ///
+    /// # Errors
+    /// [`SimError`] if the model is invalid.
+    pub fn of_model(model: &Model) -> Result<Self, SimError> {
+        let (q, v) = runner::initial_state(&device::Device::new(model)?);
+        let z = Vec::new();
+        Ok(Self {
+            state: StretchState { q, v, z },
+            held_since: None,
+        })
+    }
+}
+
 /// [`simulate`] that can be cancelled: `go_on` is asked every 10 ms of device time, and `None` is
 /// returned once it is false. The window uses it when parameters change during a run.
 ///
@@ -70,9 +94,36 @@ pub fn simulate_while(
     drive: &Waveform,
     duration: f64,
     options: &Options,
+    go_on: impl FnMut() -> bool,
+) -> Result<Option<Trace>, SimError> {
+    let runner = Runner::new(model, drive, options)?;
+    sample_run(runner, duration, options, go_on)
+}
+
+/// [`simulate_while`] from a given state at t = 0.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_from(
+    model: &Model,
+    drive: &Waveform,
+    start: &StartState,
+    duration: f64,
+    options: &Options,
+    go_on: impl FnMut() -> bool,
+) -> Result<Option<Trace>, SimError> {
+    let since = start.held_since;
+    let runner = Runner::from_state(model, drive, options, 0.0, &start.state, since)?;
+    sample_run(runner, duration, options, go_on)
+}
+
+/// The samples of a run from t = 0 to `duration` \[s\]; `None` if `go_on` said no.
+fn sample_run(
+    mut runner: Runner,
+    duration: f64,
+    options: &Options,
     mut go_on: impl FnMut() -> bool,
 ) -> Result<Option<Trace>, SimError> {
-    let mut runner = Runner::new(model, drive, options)?;
     // Rounding must not cost the last sample of a whole number of intervals.
     let intervals = duration * options.rate * (1.0 + 1e-12);
     if !(duration > 0.0 && intervals < MAX_SAMPLES) {

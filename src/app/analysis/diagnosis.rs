@@ -201,3 +201,7 @@ fn ask(model: &Model, asked: &Asked, control: &DiagnoseControl<'_>) -> Result<Di
     }
     Ok(diagnosis)
 }
+
+#[cfg(test)]
+#[path = "proof_tests.rs"]
+mod tests;

@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::fit::aligned;
+use super::fit::{as_set_up, shared_drive};
 use super::recording_roles::with_role;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::{OverlayId, Role};
@@ -37,9 +37,10 @@ impl Asked {
     /// The recordings of a setup, by their roles.
     pub fn of(setup: &Setup, by_hand: Option<BTreeSet<String>>) -> Self {
         let mut recordings: Vec<Used> = Vec::new();
+        let shared = shared_drive(setup);
         for role in [Role::Train, Role::HeldOut] {
             for overlay in with_role(setup, role) {
-                let mut recording = aligned(overlay);
+                let mut recording = as_set_up(overlay, shared.as_ref());
                 let known = |name: &str| recordings.iter().any(|u| u.recording.name == name);
                 if known(&recording.name) {
                     // Results name recordings, so names must be unique.

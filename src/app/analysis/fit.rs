@@ -9,11 +9,16 @@ use eframe::egui::Context;
 use super::job::Job;
 use super::recording_roles::with_role;
 use crate::app::setup::current_setup::Setup;
-use crate::app::setup::overlay::{Overlay, Role};
+use crate::app::setup::overlay::{Estimates, Overlay, Role};
+use crate::app::setup::own_drive::OwnDrive;
+use crate::app::simulation::recorded_drive::RecordedDriveCache;
 use crate::fit::{
     Control, FitOptions, FitResult, Part, ProfilePoint, Progress, default_free, fit, profile_of,
 };
 use crate::model::Model;
+use crate::model::drive::Waveform;
+use crate::recording::align::Alignment;
+use crate::recording::experiment_setup::DriveSource;
 use crate::recording::{Channel, Recording};
 
 /// State of the fit panel.
@@ -90,8 +95,7 @@ impl Fitting {
             free: self.free(setup),
             ..FitOptions::for_model(&model)
         };
-        let of =
-            |role: Role| -> Vec<Arc<Recording>> { with_role(setup, role).map(aligned).collect() };
+        let of = |role: Role| -> Vec<Arc<Recording>> { recordings(setup, role) };
         let (train, held_out) = parts(of(Role::Train), of(Role::HeldOut));
         self.asked = Some(Arc::new((train.clone(), options.clone())));
         self.moved = (options.free.clone(), Some(Arc::new(model.clone())));
@@ -205,6 +209,19 @@ impl Fitting {
     }
 }
 
+/// The drive of the simulation, if it can be used.
+pub(crate) fn shared_drive(setup: &Setup) -> Option<Waveform> {
+    RecordedDriveCache::default().resolve(setup).ok()
+}
+
+/// The recordings of a role as the person has set them up.
+pub(crate) fn recordings(setup: &Setup, role: Role) -> Vec<Arc<Recording>> {
+    let shared = shared_drive(setup);
+    with_role(setup, role)
+        .map(|overlay| as_set_up(overlay, shared.as_ref()))
+        .collect()
+}
+
 /// Ids that can be fitted, of the device and its effects.
 pub fn candidates(model: &Model) -> Vec<String> {
     let own = model.parameters.iter().map(|(id, _)| id);
@@ -239,16 +256,19 @@ pub(crate) fn parts(
     }
 }
 
-/// The recording as aligned: shifted and scaled.
-pub(crate) fn aligned(overlay: &Overlay) -> Arc<Recording> {
+/// A recording as the person has set it up: its readings scaled and shifted, its drive, and what of
+/// its instrument is unknown. `shared` is the drive of the simulation; without one, a recording under
+/// it keeps its measured voltage.
+pub(crate) fn as_set_up(overlay: &Overlay, shared: Option<&Waveform>) -> Arc<Recording> {
     let alignment = &overlay.alignment;
-    if *alignment == Default::default() {
+    let drive = source(overlay, shared);
+    let is_as_read = *alignment == Alignment::default()
+        && drive == DriveSource::default()
+        && overlay.estimates == Estimates::default();
+    if is_as_read {
         return Arc::clone(&overlay.recording);
     }
     let mut recording = overlay.recording.as_ref().clone();
-    for t in &mut recording.time {
-        *t = alignment.time(*t);
-    }
     let scale = |values: &mut [f64], channel| {
         for x in values {
             *x = alignment.value(channel, *x);
@@ -258,7 +278,41 @@ pub(crate) fn aligned(overlay: &Overlay) -> Arc<Recording> {
     if let Some(values) = &mut recording.cantilever {
         scale(values, Channel::Cantilever);
     }
+    // A shift is that of the readings against the voltage. Without one it is that of all.
+    let mut lag = 0.0;
+    if let DriveSource::Waveform { waveform, start } = &drive {
+        let volts = recording.time.iter().map(|t| waveform.voltage(t - start));
+        recording.voltage = Some(volts.collect());
+        lag = -alignment.time_shift;
+    } else if recording.voltage.is_some() {
+        lag = -alignment.time_shift;
+    } else {
+        for t in &mut recording.time {
+            *t = alignment.time(*t);
+        }
+    }
+    recording.drive_source = drive;
+    recording.instrument = Some(overlay.estimates.unknowns(lag));
     Arc::new(recording)
+}
+
+/// What drives a recording.
+fn source(overlay: &Overlay, shared: Option<&Waveform>) -> DriveSource {
+    let (first, _) = overlay.recording.span();
+    match &overlay.drive {
+        OwnDrive::Measured(reading) => DriveSource::Measured(*reading),
+        OwnDrive::Chosen(waveform) => DriveSource::Waveform {
+            waveform: waveform.clone(),
+            start: first,
+        },
+        // The simulation's t = 0 is that of the recording's times.
+        OwnDrive::Shared => {
+            shared.map_or_else(DriveSource::default, |waveform| DriveSource::Waveform {
+                waveform: waveform.clone(),
+                start: 0.0,
+            })
+        }
+    }
 }
 
 #[cfg(test)]
@@ -306,12 +360,35 @@ mod tests {
     fn a_shift_and_a_scale_reach_the_fit() {
         let mut setup = built_in::setup();
         let overlay = &mut setup.overlays[0];
-        assert!(Arc::ptr_eq(&aligned(overlay), &overlay.recording));
+        assert!(Arc::ptr_eq(&as_set_up(overlay, None), &overlay.recording));
         overlay.alignment.time_shift = 1e-3;
         overlay.alignment.xp_offset = 2e-6;
-        let moved = aligned(overlay);
-        assert_eq!(moved.time[5], overlay.recording.time[5] + 1e-3);
+        overlay.estimates.scales = true;
+        let moved = as_set_up(overlay, None);
+        // The shift is that of the readings against the voltage, which keeps its times.
+        assert_eq!(moved.time[5], overlay.recording.time[5]);
+        let unknown = moved.instrument.unwrap();
+        assert_eq!((unknown.lag, unknown.zeros), (-1e-3, true));
+        assert!(unknown.scale.is_some() && unknown.clock.is_some());
         let apart = moved.proof_mass[5] - overlay.recording.proof_mass[5];
         assert!((apart - 2e-6).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_drive_chosen_for_a_recording_is_that_of_the_fit() {
+        let mut setup = built_in::setup();
+        let overlay = &mut setup.overlays[0];
+        let waveform = Waveform::parse("square:15Hz:6V", 1.0).unwrap();
+        overlay.drive = OwnDrive::Chosen(waveform.clone());
+        let used = as_set_up(overlay, None);
+        let drive = used.own_drive().unwrap().unwrap();
+        assert_eq!(drive.text, waveform.to_string());
+        assert_eq!(used.voltage.as_ref().unwrap()[0], 6.0);
+        overlay.drive = OwnDrive::Shared;
+        let shared = as_set_up(overlay, Some(&waveform));
+        assert_eq!(
+            shared.own_drive().unwrap().unwrap().text,
+            waveform.to_string()
+        );
     }
 }

@@ -6,18 +6,18 @@ use std::sync::Arc;
 
 use eframe::egui::Context;
 
-use super::fit::aligned;
+use super::fit::recordings;
 use super::job::Job;
 use super::recording_roles::with_role;
 use crate::app::setup::current_setup::Setup;
-use crate::app::setup::overlay::{OverlayId, Role};
+use crate::app::setup::overlay::{Estimates, OverlayId, Role};
+use crate::app::setup::own_drive::OwnDrive;
 use crate::fit::contact_readings::ContactReadings;
 use crate::fit::contact_sample::Sampled;
 use crate::fit::paper_steps::guide::{Allowance, Guidance, Step, guide};
 use crate::fit::paper_steps::outcome::{StepResult, take};
 use crate::fit::{Control, FitOptions, Progress};
 use crate::model::Model;
-use crate::recording::Recording;
 use crate::recording::align::Alignment;
 
 /// What the thread sends.
@@ -29,8 +29,11 @@ pub enum StepEvent {
     Found(StepResult),
 }
 
-/// Recordings, their alignments, and the name of the device.
-type Seen = (Vec<(OverlayId, Alignment)>, String);
+/// A recording as it was set up.
+type SetUp = (OverlayId, Alignment, OwnDrive, Estimates);
+
+/// Recordings as they were set up, and the name of the device.
+type Seen = (Vec<SetUp>, String);
 
 /// What the guide used and read, so that the steps need not read it again.
 #[derive(Debug, Clone)]
@@ -61,11 +64,6 @@ pub struct Identification {
     pub findings: BTreeMap<&'static str, Result<StepResult, String>>,
     /// The step shown.
     pub chosen: Option<Step>,
-}
-
-/// The recordings that are fitted to.
-fn recordings(setup: &Setup) -> Vec<Arc<Recording>> {
-    with_role(setup, Role::Train).map(aligned).collect()
 }
 
 impl Identification {
@@ -118,7 +116,7 @@ impl Identification {
     /// Examines which steps the recordings allow for the present device.
     pub fn look(&mut self, setup: &Setup, context: &Context) {
         let model = Arc::new(setup.preset.model.clone());
-        let recordings = recordings(setup);
+        let recordings = recordings(setup, Role::Train);
         self.seen = Some(seen(setup));
         self.allowances.clear();
         self.first = None;
@@ -152,7 +150,7 @@ impl Identification {
 
     /// Runs a step with the present device.
     pub fn start(&mut self, step: Step, setup: &Setup, context: &Context) {
-        let (model, recordings) = (setup.preset.model.clone(), recordings(setup));
+        let (model, recordings) = (setup.preset.model.clone(), recordings(setup, Role::Train));
         self.chosen = Some(step);
         let known = self
             .looked
@@ -182,7 +180,7 @@ impl Identification {
 
 fn seen(setup: &Setup) -> Seen {
     let used = with_role(setup, Role::Train);
-    let placed = used.map(|overlay| (overlay.id, overlay.alignment));
+    let placed = used.map(|o| (o.id, o.alignment, o.drive.clone(), o.estimates));
     (placed.collect(), setup.preset.model.name.clone())
 }
 

@@ -45,6 +45,7 @@ fn state() -> State {
             zeros: false,
             clock: false,
             scales: false,
+            start: false,
         },
         visible: true,
         color: 0,

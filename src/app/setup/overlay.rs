@@ -5,10 +5,12 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::own_drive::OwnDrive;
+use crate::fit::FreeNuisances;
 use crate::model::drive::DriveReading;
 use crate::recording::Recording;
 use crate::recording::align::Alignment;
 use crate::recording::csv::ImportSettings;
+use crate::recording::experiment_setup::InstrumentUnknowns;
 
 /// Number of a recording within a session; never given to another recording.
 pub type OverlayId = u64;
@@ -25,6 +27,9 @@ pub enum Role {
     Unused,
 }
 
+/// Standard deviation of the scale of a reading around 1, where it is estimated.
+const SCALE_SIGMA: f64 = 0.01;
+
 /// What of a recording's instrument is estimated with every comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
@@ -35,6 +40,8 @@ pub struct Estimates {
     pub clock: bool,
     /// The scale of each reading.
     pub scales: bool,
+    /// The state in which it begins, where that is not rest.
+    pub start: bool,
 }
 
 impl Default for Estimates {
@@ -44,6 +51,20 @@ impl Default for Estimates {
             zeros: true,
             clock: true,
             scales: false,
+            start: true,
+        }
+    }
+}
+
+impl Estimates {
+    /// The same with its priors, for readings that lag \[s\] behind the voltage.
+    #[must_use]
+    pub fn unknowns(&self, lag: f64) -> InstrumentUnknowns {
+        InstrumentUnknowns {
+            zeros: self.zeros,
+            scale: self.scales.then_some(SCALE_SIGMA),
+            clock: FreeNuisances::default().skew.filter(|_| self.clock),
+            lag,
         }
     }
 }

@@ -8,18 +8,14 @@ use rayon::prelude::*;
 
 use super::min_max_pyramid::Pyramid;
 use super::snapshot::{OverlayComparison, OwnRun};
-use crate::app::setup::overlay::{Overlay, OverlayId};
+use crate::app::setup::overlay::{Estimates, Overlay, OverlayId};
 use crate::app::setup::own_drive::OwnDrive;
-use crate::fit::FreeNuisances;
-use crate::fit::experiment::{Experiment, ExperimentResult, InstrumentPriors, improve_drive};
+use crate::fit::experiment::{Experiment, ExperimentResult, InstrumentPriors, Questions, decide};
 use crate::model::Model;
-use crate::model::drive::{DriveReading, Waveform};
+use crate::model::drive::Waveform;
 use crate::recording::Recording;
 use crate::recording::measured_drive::MeasuredDrive;
-use crate::sim::Trace;
-
-/// Standard deviation of the scale of a reading around 1, where it is estimated.
-const SCALE_SIGMA: f64 = 0.01;
+use crate::sim::{StartState, Trace};
 
 /// The simulation that recordings without a drive of their own are compared with.
 #[derive(Debug, Clone, Copy)]
@@ -32,14 +28,33 @@ pub struct SharedRun<'a> {
     pub trace: &'a Arc<Trace>,
 }
 
+/// A run with what it depends on besides the device.
+#[derive(Debug, Clone)]
+struct KnownRun {
+    of: OverlayId,
+    drive: Waveform,
+    start: Option<StartState>,
+    trace: Arc<Trace>,
+}
+
+/// What the readings of a recording decided of its experiment.
+#[derive(Debug, Clone)]
+struct Decided {
+    /// Drive and ticks that it was decided under.
+    under: (OwnDrive, Estimates),
+    /// Values of the freedoms of the measured drive.
+    drive: Vec<f64>,
+    /// The state in which it begins; `None` for that of the device.
+    start: Option<StartState>,
+}
+
 /// The runs of the recordings as they were last simulated, and what the readings decided of their
-/// drives.
+/// drives and starts.
 #[derive(Debug, Default)]
 pub struct ExperimentCache {
     model: Option<Arc<Model>>,
-    runs: Vec<(OverlayId, Waveform, Arc<Trace>)>,
-    /// Values of the freedoms of each recording's measured drive, and how it is read.
-    improved: HashMap<OverlayId, (DriveReading, Vec<f64>)>,
+    runs: Vec<KnownRun>,
+    decided: HashMap<OverlayId, Decided>,
 }
 
 impl ExperimentCache {
@@ -57,18 +72,22 @@ impl ExperimentCache {
             self.model = Some(Arc::clone(model));
         }
         let visible: Vec<&Overlay> = overlays.iter().filter(|o| o.visible).collect();
-        let (runs, improved) = (&self.runs, &self.improved);
+        let this = &*self;
         let compared: Vec<Option<OverlayComparison>> = visible
             .par_iter()
             .map(|overlay| {
-                let known = |drive: &Waveform| {
-                    let same = |(id, of, _): &&(OverlayId, Waveform, Arc<Trace>)| {
-                        *id == overlay.id && of == drive
+                let known = |experiment: &Experiment| {
+                    let same = |run: &&KnownRun| {
+                        run.of == overlay.id
+                            && run.drive == experiment.drive
+                            && run.start == experiment.start
                     };
-                    runs.iter().find(same).map(|(_, _, run)| Arc::clone(run))
+                    this.runs
+                        .iter()
+                        .find(same)
+                        .map(|run| Arc::clone(&run.trace))
                 };
-                let values = improved.get(&overlay.id);
-                compare_one(shared, overlay, values, known, &go_on)
+                compare_one(shared, overlay, this.decided_of(overlay), known, &go_on)
             })
             .collect();
         let compared: Vec<OverlayComparison> = compared.into_iter().collect::<Option<_>>()?;
@@ -76,8 +95,14 @@ impl ExperimentCache {
         Some(compared)
     }
 
-    /// Lets the readings decide what the voltages leave open, each recording for itself; `None` if
-    /// `go_on` said no or nothing is open. Where a recording's misfit does not fall, it is not in the
+    /// What was decided of a recording as it is set up now.
+    fn decided_of(&self, overlay: &Overlay) -> Option<&Decided> {
+        let under = |d: &&Decided| d.under.0 == overlay.drive && d.under.1 == overlay.estimates;
+        self.decided.get(&overlay.id).filter(under)
+    }
+
+    /// Lets the readings decide how each recording begins and what its voltage leaves open; `None`
+    /// if `go_on` said no or nothing is open. Recordings of which nothing changes are not in the
     /// result.
     pub fn improve(
         &mut self,
@@ -86,46 +111,19 @@ impl ExperimentCache {
         compared: &[OverlayComparison],
         go_on: impl Fn() -> bool + Sync,
     ) -> Option<Vec<OverlayComparison>> {
-        let open: Vec<(&Overlay, Arc<MeasuredDrive>, DriveReading)> = overlays
-            .iter()
-            .filter(|o| o.visible && o.estimates.clock && model.piezo.is_some())
-            .filter_map(|overlay| {
-                let OwnDrive::Measured(reading) = overlay.drive else {
-                    return None;
-                };
-                let drive = overlay.recording.drive(reading)?.ok()?;
-                (!drive.freedoms.is_empty()).then_some((overlay, drive, reading))
-            })
-            .collect();
-        if open.is_empty() {
-            return None;
-        }
-        let before = |id: OverlayId| {
-            let own = compared.iter().find(|c| c.id == id)?;
-            own.comparison.as_ref().ok().map(|c| c.rms)
-        };
-        let known = &self.improved;
-        let better: Vec<Option<(DriveReading, Vec<f64>, OverlayComparison)>> = open
+        let visible: Vec<&Overlay> = overlays.iter().filter(|o| o.visible).collect();
+        let this = &*self;
+        let better: Vec<Option<(Decided, OverlayComparison)>> = visible
             .par_iter()
-            .map(|(overlay, drive, reading)| {
-                let start = known
-                    .get(&overlay.id)
-                    .filter(|(of, _)| of == reading)
-                    .map_or(&[][..], |(_, values)| values);
-                let experiment = experiment_of(overlay, Waveform::Rest, drive.reach());
-                let improved = improve_drive(&experiment, drive, model, start, &go_on).ok()??;
-                let rms = improved.result.proof_mass.rms;
-                before(overlay.id).filter(|before| rms < *before)?;
-                let text = Some(drive.text.clone());
-                let own = &improved.experiment;
-                let result = Ok::<_, String>(improved.result.clone());
-                let comparison = finished(overlay, own, result, text);
-                Some((*reading, improved.values, comparison))
+            .map(|overlay| {
+                let before = compared.iter().find(|c| c.id == overlay.id)?;
+                let decided = this.decided_of(overlay);
+                improve_one(model, overlay, decided, before, &go_on)
             })
             .collect();
         let mut result = Vec::new();
-        for (reading, values, comparison) in better.into_iter().flatten() {
-            self.improved.insert(comparison.id, (reading, values));
+        for (decided, comparison) in better.into_iter().flatten() {
+            self.decided.insert(comparison.id, decided);
             result.push(comparison);
         }
         self.keep(&result);
@@ -135,10 +133,14 @@ impl ExperimentCache {
     /// Keeps the runs of `compared` in place of older ones of the same recordings.
     fn keep(&mut self, compared: &[OverlayComparison]) {
         for c in compared {
-            self.runs.retain(|(id, _, _)| *id != c.id);
+            self.runs.retain(|run| run.of != c.id);
             if let Some(own) = &c.own {
-                self.runs
-                    .push((c.id, own.drive.clone(), Arc::clone(&own.trace)));
+                self.runs.push(KnownRun {
+                    of: c.id,
+                    drive: own.drive.clone(),
+                    start: own.start.clone(),
+                    trace: Arc::clone(&own.trace),
+                });
             }
         }
     }
@@ -160,35 +162,65 @@ pub fn compare_all(
     compared.unwrap_or_default()
 }
 
-/// What drives a recording's own run, by how much it may be shifted \[s\], and in words; `None` if it
-/// has none of its own. `improved` are values of the freedoms of its measured drive.
+/// The drive of a recording's own run.
+struct OwnRunDrive {
+    waveform: Waveform,
+    /// The measured drive that it is of, if it is of one.
+    measured: Option<Arc<MeasuredDrive>>,
+    /// In words.
+    text: String,
+}
+
+/// What drives a recording's own run; `None` if it has none of its own.
 ///
 /// # Errors
 /// Why its voltage is no drive.
-pub fn own_drive(
+fn own_drive(
     model: &Model,
     overlay: &Overlay,
-    improved: Option<&(DriveReading, Vec<f64>)>,
-) -> Result<Option<(Waveform, f64, String)>, String> {
+    decided: Option<&Decided>,
+) -> Result<Option<OwnRunDrive>, String> {
+    let known = |waveform: Waveform, text: String| {
+        let measured = None;
+        Ok(Some(OwnRunDrive {
+            waveform,
+            measured,
+            text,
+        }))
+    };
     if model.piezo.is_none() {
-        return Ok(None);
+        // Only its start can be its own.
+        let own = decided.is_some_and(|d| d.start.is_some());
+        return if own {
+            known(Waveform::Rest, "none".to_owned())
+        } else {
+            Ok(None)
+        };
     }
     let recording: &Recording = &overlay.recording;
     let (first, _) = recording.span();
     match &overlay.drive {
         OwnDrive::Shared => Ok(None),
-        OwnDrive::Chosen(waveform) => Ok(Some((waveform.clone(), 0.0, waveform.to_string()))),
+        OwnDrive::Chosen(waveform) => known(waveform.clone(), waveform.to_string()),
         OwnDrive::Measured(reading) => match recording.drive(*reading) {
             None => Ok(None),
             Some(drive) => {
                 let drive = drive.map_err(|error| error.to_string())?;
-                let waveform = match improved {
-                    Some((of, values)) if of == reading => {
-                        drive.changed(values).waveform(&recording.name, -first)
-                    }
-                    _ => drive.waveform(&recording.name, -first),
+                let values = decided.map_or(&[][..], |d| &d.drive);
+                let own = if values.is_empty() {
+                    None
+                } else {
+                    Some(drive.changed(values))
                 };
-                Ok(Some((waveform, drive.reach(), drive.text.clone())))
+                let waveform = own
+                    .as_ref()
+                    .unwrap_or(&drive)
+                    .waveform(&recording.name, -first);
+                Ok(Some(OwnRunDrive {
+                    waveform,
+                    text: drive.text.clone(),
+                    measured: Some(drive),
+                }))
             }
         },
     }
@@ -197,14 +229,14 @@ pub fn own_drive(
 /// The experiment of a recording under `drive`, whose instants are known to `reach` \[s\].
 pub fn experiment_of(overlay: &Overlay, drive: Waveform, reach: f64) -> Experiment {
     let estimates = overlay.estimates;
-    let nuisances = FreeNuisances::default();
+    let unknown = estimates.unknowns(0.0);
     let any = estimates.zeros || estimates.clock || estimates.scales;
     let recording = Arc::clone(&overlay.recording);
     let mut experiment = Experiment::new(recording, drive, overlay.alignment);
     experiment.priors = any.then_some(InstrumentPriors {
-        zeros: estimates.zeros,
-        clock: nuisances.skew.filter(|_| estimates.clock),
-        scale: estimates.scales.then_some(SCALE_SIGMA),
+        zeros: unknown.zeros,
+        clock: unknown.clock,
+        scale: unknown.scale,
         drive_reach: if estimates.clock { reach } else { 0.0 },
     });
     experiment
@@ -213,21 +245,23 @@ pub fn experiment_of(overlay: &Overlay, drive: Waveform, reach: f64) -> Experime
 fn compare_one(
     shared: SharedRun<'_>,
     overlay: &Overlay,
-    improved: Option<&(DriveReading, Vec<f64>)>,
-    known: impl Fn(&Waveform) -> Option<Arc<Trace>>,
+    decided: Option<&Decided>,
+    known: impl Fn(&Experiment) -> Option<Arc<Trace>>,
     go_on: &(impl Fn() -> bool + Sync),
 ) -> Option<OverlayComparison> {
-    let own = match own_drive(shared.model, overlay, improved) {
+    let own = match own_drive(shared.model, overlay, decided) {
         Ok(own) => own,
         Err(error) => return Some(failed(overlay, error)),
     };
-    let Some((drive, reach, text)) = own else {
+    let Some(own) = own else {
         let experiment = experiment_of(overlay, shared.drive.clone(), 0.0);
         let result = experiment.compare(Arc::clone(shared.trace));
         return Some(finished(overlay, &experiment, result, None));
     };
-    let experiment = experiment_of(overlay, drive, reach);
-    let result = match known(&experiment.drive) {
+    let reach = own.measured.as_ref().map_or(0.0, |m| m.reach());
+    let mut experiment = experiment_of(overlay, own.waveform, reach);
+    experiment.start = decided.and_then(|d| d.start.clone());
+    let result = match known(&experiment) {
         Some(trace) => experiment.compare(trace),
         None => match experiment.run(shared.model, go_on) {
             Ok(None) => return None,
@@ -235,7 +269,58 @@ fn compare_one(
             Err(error) => Err(error),
         },
     };
-    Some(finished(overlay, &experiment, result, Some(text)))
+    Some(finished(overlay, &experiment, result, Some(own.text)))
+}
+
+/// What the readings decide of one recording, and its comparison by that; `None` if nothing is open,
+/// nothing changes for the better, or `go_on` said no.
+fn improve_one(
+    model: &Model,
+    overlay: &Overlay,
+    decided: Option<&Decided>,
+    before: &OverlayComparison,
+    go_on: &(impl Fn() -> bool + Sync),
+) -> Option<(Decided, OverlayComparison)> {
+    let estimates = overlay.estimates;
+    let own = own_drive(model, overlay, decided).ok()?;
+    let own = match own {
+        Some(own) => own,
+        // Without a drive a start of its own makes the run its own.
+        None if model.piezo.is_none() => OwnRunDrive {
+            waveform: Waveform::Rest,
+            measured: None,
+            text: "none".to_owned(),
+        },
+        None => return None,
+    };
+    let measured = own
+        .measured
+        .filter(|m| estimates.clock && !m.freedoms.is_empty());
+    if measured.is_none() && !estimates.start && decided.is_none() {
+        return None;
+    }
+    let reach = measured.as_ref().map_or(0.0, |m| m.reach());
+    let experiment = experiment_of(overlay, own.waveform, reach);
+    let values = decided.map_or(&[][..], |d| &d.drive);
+    let questions = Questions {
+        drive: measured.as_deref().map(|m| (m, values)),
+        start: estimates.start,
+    };
+    let found = decide(&experiment, questions, model, go_on).ok()??;
+    let had_start = before.own.as_ref().is_some_and(|own| own.start.is_some());
+    let old = before.comparison.as_ref().map_or(f64::INFINITY, |c| c.rms);
+    let start = found.experiment.start.clone();
+    if had_start == start.is_some() && found.result.proof_mass.rms >= old {
+        return None;
+    }
+    let result = Ok::<_, String>(found.result);
+    let comparison = finished(overlay, &found.experiment, result, Some(own.text));
+    let now = Decided {
+        under: (overlay.drive.clone(), estimates),
+        drive: found.drive,
+        start,
+    };
+    Some((now, comparison))
 }
 
 fn failed(overlay: &Overlay, error: String) -> OverlayComparison {
@@ -248,6 +333,7 @@ fn failed(overlay: &Overlay, error: String) -> OverlayComparison {
         noise: None,
         drive_text: None,
         own: None,
+        stretches: None,
     }
 }
 
@@ -274,11 +360,16 @@ fn finished(
         id: overlay.id,
         residual_pyramid: Some(Arc::new(Pyramid::xy(&times, &compared.residual))),
         features: None,
+        stretches: None,
         alignment,
         noise: (noise > 0.0).then_some(noise),
-        own: drive_text
-            .is_some()
-            .then(|| OwnRun::new(experiment.drive.clone(), &result.trace)),
+        own: drive_text.is_some().then(|| {
+            OwnRun::new(
+                experiment.drive.clone(),
+                experiment.start.clone(),
+                &result.trace,
+            )
+        }),
         drive_text,
         comparison: Ok(Arc::new(result.proof_mass)),
     }

@@ -9,4 +9,5 @@ pub mod recorded_drive;
 pub mod reference_run;
 pub mod request;
 pub mod snapshot;
+pub mod stretch_misfits;
 pub mod worker;

@@ -5,13 +5,14 @@ use std::time::Duration;
 
 use super::min_max_pyramid::Pyramid;
 use crate::app::setup::overlay::OverlayId;
+use crate::diagnose::StretchMisfit;
 use crate::fit::experiment::total_misfit;
 use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::recording::align::Alignment;
 use crate::recording::compare::Comparison;
 use crate::recording::features::Features;
-use crate::sim::Trace;
+use crate::sim::{StartState, Trace};
 
 /// A simulated run with everything that is drawn from it.
 #[derive(Debug, Clone)]
@@ -58,6 +59,8 @@ pub struct OverlayComparison {
     pub drive_text: Option<String>,
     /// Its own run; `None` if it was compared with the simulation itself.
     pub own: Option<OwnRun>,
+    /// The misfit over its stretches, once it is computed.
+    pub stretches: Option<StretchMisfit>,
 }
 
 /// The run of a recording under its own drive.
@@ -65,6 +68,9 @@ pub struct OverlayComparison {
 pub struct OwnRun {
     /// The drive; its t = 0 is the recording's first time.
     pub drive: Waveform,
+    /// The state in which it begins; `None` for that of the device, at rest unless it has `x0` or
+    /// `v0`.
+    pub start: Option<StartState>,
     /// The run.
     pub trace: Arc<Trace>,
     /// `trace.proof_mass` decimated for drawing.
@@ -75,10 +81,11 @@ pub struct OwnRun {
 
 impl OwnRun {
     /// Prepares a run for drawing.
-    pub fn new(drive: Waveform, trace: &Arc<Trace>) -> Self {
+    pub fn new(drive: Waveform, start: Option<StartState>, trace: &Arc<Trace>) -> Self {
         let pyramid = |values: &[f64]| Arc::new(Pyramid::new(trace.t0, trace.dt, values));
         Self {
             drive,
+            start,
             proof_mass_pyramid: pyramid(&trace.proof_mass),
             cantilever_pyramid: pyramid(&trace.cantilever),
             trace: Arc::clone(trace),
@@ -116,6 +123,18 @@ impl Snapshot {
             .filter_map(|c| Some((c.misfit()?, c.comparison.as_ref().ok()?.count)))
             .collect();
         total_misfit(&parts)
+    }
+
+    /// The same over the stretches; `None` until all are computed.
+    pub fn total_stretch_misfit(&self) -> Option<f64> {
+        let compared = self.comparisons.iter().filter(|c| c.misfit().is_some());
+        let parts: Option<Vec<(f64, usize)>> = compared
+            .map(|c| {
+                let all = c.stretches.as_ref()?;
+                Some((all.distance.rms / all.noise, all.samples))
+            })
+            .collect();
+        total_misfit(&parts?)
     }
 
     /// A run prepared for drawing; its features are added later.

@@ -12,6 +12,7 @@ use super::features::FeatureCache;
 use super::live::Live;
 use super::request::SimulationRequest;
 use super::snapshot::{OverlayComparison, Snapshot};
+use super::stretch_misfits::StretchMisfits;
 use crate::app::analysis::job::panic_text;
 use crate::app::setup::drive_choice::Mode;
 use crate::sim::{SimError, simulate_while};
@@ -104,6 +105,7 @@ struct Engine<R> {
     repaint: R,
     features: FeatureCache,
     experiments: ExperimentCache,
+    stretches: StretchMisfits,
     /// Generation whose drives were improved.
     improved: Option<u64>,
     live: Option<Live>,
@@ -117,6 +119,7 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
     fn new(shared: Arc<Shared>, repaint: R) -> Self {
         Self {
             features: FeatureCache::new(repaint.clone()),
+            stretches: StretchMisfits::new(repaint.clone()),
             shared,
             repaint,
             experiments: ExperimentCache::default(),
@@ -194,6 +197,9 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
     /// next request.
     fn serve(&mut self, request: Option<SimulationRequest>) -> Option<Duration> {
         let fresh = request.is_some();
+        if fresh {
+            self.stretches.cancel();
+        }
         let request = request.or_else(|| self.last.clone())?;
         let patience = match request.mode {
             Mode::WholeSpan => {
@@ -265,12 +271,18 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
             None if lock(&self.shared.inbox).request.is_some() => return None,
             None => snapshot,
         };
-        if let Some(complete) = self.features.complete(snapshot, request) {
+        let snapshot = match self.features.complete(snapshot.clone(), request) {
+            Some(complete) => {
+                self.show(request, complete.clone());
+                complete
+            }
+            None => snapshot,
+        };
+        if let Some(complete) = self.stretches.complete(&snapshot, request) {
             self.show(request, complete);
         }
-        // Recordings' own features arrive from other threads.
-        self.features
-            .is_waiting()
+        // Recordings' own features and misfits over stretches arrive from other threads.
+        (self.features.is_waiting() || self.stretches.is_waiting())
             .then_some(Duration::from_millis(50))
     }
 
@@ -300,9 +312,10 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
                 .iter_mut()
                 .find(|c| c.id == comparison.id);
             if let Some(own) = own {
-                let features = own.features.take();
+                let (features, stretches) = (own.features.take(), own.stretches.take());
                 *own = OverlayComparison {
                     features,
+                    stretches,
                     ..comparison
                 };
             }

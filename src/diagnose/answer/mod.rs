@@ -3,6 +3,7 @@
 pub(super) mod assemble;
 pub(super) mod candidate_table;
 pub(super) mod effect_size;
+pub mod evaluate;
 pub(super) mod events_seen;
 pub(crate) mod named_effects;
 pub mod next_experiment;

@@ -90,15 +90,6 @@ fn strips(
             samples_before: residuals(&b),
             samples_after: residuals(&a),
         });
-        let of = |samples: &[Sample]| {
-            let (sum, n) = sum_of_squares(samples.iter().map(|s| s.miss_p));
-            let white = samples.iter().flat_map(|s| [s.white.0, s.white.1]);
-            let (square, m) = sum_of_squares(white);
-            Distance {
-                rms: (sum / n.max(1) as f64).sqrt(),
-                chi2: square / m.max(1) as f64,
-            }
-        };
         let correlation = |samples: &[Sample]| {
             let (mut product, mut square) = (0.0, 0.0);
             for pair in samples.windows(2).filter(|p| p[0].segment == p[1].segment) {
@@ -115,13 +106,24 @@ fn strips(
             noise: data.sigmas.xp,
             covered: b.len() as f64 / r.len().max(1) as f64,
             distance: BeforeAfter {
-                before: of(&b),
-                after: of(&a),
+                before: distance_of(&b),
+                after: distance_of(&a),
             },
             correlation: (correlation(&b), correlation(&a)),
         });
     }
     (strips, proofs)
+}
+
+/// Distance over the samples of a recording.
+pub(super) fn distance_of(samples: &[Sample]) -> Distance {
+    let (sum, n) = sum_of_squares(samples.iter().map(|s| s.miss_p));
+    let white = samples.iter().flat_map(|s| [s.white.0, s.white.1]);
+    let (square, m) = sum_of_squares(white);
+    Distance {
+        rms: (sum / n.max(1) as f64).sqrt(),
+        chi2: square / m.max(1) as f64,
+    }
 }
 
 /// The comparison of the baseline with the named effects, on the same segments.

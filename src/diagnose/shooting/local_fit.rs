@@ -9,6 +9,7 @@ use super::workspace::{FINE_TOLERANCE, ROUGH_TOLERANCE, Workspace};
 use crate::diagnose::data::event_free_segments::prepare_event_free;
 use crate::diagnose::data::misread_segments::reassign_misread_segments;
 use crate::diagnose::data::robust_loss::{LEAST_SQUARES, ROBUST_LOSS};
+use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::thresholds::SKEW_MIN_COST_DROP;
 use crate::fit::problem::Problem;
@@ -105,79 +106,98 @@ impl Workspace {
         let Some(side) = &self.held_out else {
             return Ok(None);
         };
+        let Some(from) = from else {
+            // The clocks start from those of the fitted recordings.
+            let clocks = median_skew(&train.problem, &train.point);
+            let late = reading_delay(model)? - reading_delay(&train.model)?;
+            return Ok(Some(self.fit_states(
+                side,
+                model,
+                clocks + late,
+                control,
+            )?));
+        };
         let mut problem = side.event_free.prepared.problem.clone();
         problem.space = Space::new(model, &self.free)?;
         let mut x = problem.space.coordinates(model);
-        let near = from.filter(|f| mode_count(&f.model) == mode_count(model));
-        // The clocks start from those of the fitted recordings.
-        let (clocks, late) = match from {
-            Some(from) => (0.0, reading_delay(model)? - reading_delay(&from.model)?),
-            None => (
-                median_skew(&train.problem, &train.point),
-                reading_delay(model)? - reading_delay(&train.model)?,
-            ),
-        };
-        let (segments, point) = match near {
-            Some(from) => {
-                x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
-                shift_skews(&problem, &mut x, clocks + late);
-                let own = &from.point;
-                let mut point = settle(&problem, &x, &own.segments, &own.used, ROBUST_LOSS, 2)?;
-                if late != 0.0 {
-                    reset_clocks(&problem, &mut point)?;
-                }
-                (side.event_free.prepared.segments.clone(), point)
+        x.extend_from_slice(&from.point.x[from.problem.space.len()..]);
+        let late = reading_delay(model)? - reading_delay(&from.model)?;
+        shift_skews(&problem, &mut x, late);
+        let (segments, point) = if mode_count(&from.model) == mode_count(model) {
+            let own = &from.point;
+            let mut point = settle(&problem, &x, &own.segments, &own.used, ROBUST_LOSS, 2)?;
+            if late != 0.0 {
+                reset_clocks(&problem, &mut point)?;
             }
-            None => {
-                match from {
-                    Some(from) => x.extend_from_slice(&from.point.x[from.problem.space.len()..]),
-                    None => x.resize(problem.unknowns(), 0.0),
-                }
-                shift_skews(&problem, &mut x, clocks + late);
-                let space = &problem.space;
-                let (parts, findings) = (&side.parts, &side.findings);
-                let segments = prepare_event_free(model, space, parts, findings, &self.options)?
-                    .prepared
-                    .segments;
-                let used = match from {
-                    Some(from) if from.point.used.len() == segments.len() => {
-                        from.point.used.clone()
-                    }
-                    _ => vec![true; segments.len()],
-                };
-                let (segments, loss) = match from {
-                    Some(from) => {
-                        let old = from.problem.simulator(&from.point.x)?;
-                        let new = StretchSimulator::new(model, &problem.options)?;
-                        let own = &from.point.segments;
-                        (
-                            warm_start(own, segments, (&old, &new), &problem),
-                            ROBUST_LOSS,
-                        )
-                    }
-                    None => (segments, LEAST_SQUARES),
-                };
-                let point = settle(&problem, &x, &segments, &used, loss, 3)?;
-                (segments, point)
-            }
+            (side.event_free.prepared.segments.clone(), point)
+        } else {
+            let segments = self.segments_of(side, model, &problem.space)?;
+            let used = if from.point.used.len() == segments.len() {
+                from.point.used.clone()
+            } else {
+                vec![true; segments.len()]
+            };
+            let old = from.problem.simulator(&from.point.x)?;
+            let new = StretchSimulator::new(model, &problem.options)?;
+            let own = &from.point.segments;
+            let segments = warm_start(own, segments, (&old, &new), &problem);
+            let point = settle(&problem, &x, &segments, &used, ROBUST_LOSS, 3)?;
+            (segments, point)
         };
         let locked: Vec<usize> = (0..problem.space.len()).collect();
         let mut point = self.improve(&problem, point, &locked, (10, FINE_TOLERANCE), control)?;
         // If all jumps lie at the same place between two samples, a clock may be off by a
         // sample. What a clock compensated before may also mislead it.
-        let eligible = if from.is_none() {
-            vec![true; segments.len()]
-        } else {
-            point.used.clone()
-        };
-        let worse = from.is_none_or(|from| point.cost > from.point.cost + SKEW_MIN_COST_DROP);
+        let eligible = point.used.clone();
+        let worse = point.cost > from.point.cost + SKEW_MIN_COST_DROP;
         if worse && set_clocks(&problem, &mut point, &segments, &eligible)? {
             point = self.improve(&problem, point, &locked, (10, FINE_TOLERANCE), control)?;
         }
-        if from.is_none() && reassign_misread_segments(&problem, &mut point, &segments)? {
+        Ok(Some(self.finish(problem, point)?))
+    }
+
+    /// A model with its parameters frozen on one side, from nothing known of it: only clocks, which
+    /// start at `clocks` \[s\], offsets and initial states are fitted.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the model cannot be simulated.
+    pub(crate) fn fit_states(
+        &self,
+        side: &Split,
+        model: &Model,
+        clocks: f64,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let mut problem = side.event_free.prepared.problem.clone();
+        problem.space = Space::new(model, &self.free)?;
+        let mut x = problem.space.coordinates(model);
+        x.resize(problem.unknowns(), 0.0);
+        shift_skews(&problem, &mut x, clocks);
+        let segments = self.segments_of(side, model, &problem.space)?;
+        let all = vec![true; segments.len()];
+        let point = settle(&problem, &x, &segments, &all, LEAST_SQUARES, 3)?;
+        let locked: Vec<usize> = (0..problem.space.len()).collect();
+        let mut point = self.improve(&problem, point, &locked, (10, FINE_TOLERANCE), control)?;
+        // If all jumps lie at the same place between two samples, a clock may be off by a sample.
+        if set_clocks(&problem, &mut point, &segments, &all)? {
+            point = self.improve(&problem, point, &locked, (10, FINE_TOLERANCE), control)?;
+        }
+        if reassign_misread_segments(&problem, &mut point, &segments)? {
             point = self.improve(&problem, point, &locked, (5, FINE_TOLERANCE), control)?;
         }
-        Ok(Some(self.finish(problem, point)?))
+        self.finish(problem, point)
+    }
+
+    /// The event-free segments of a side with first guesses by `model`.
+    fn segments_of(
+        &self,
+        side: &Split,
+        model: &Model,
+        space: &Space,
+    ) -> Result<Vec<Segment>, DiagnoseError> {
+        let (parts, findings) = (&side.parts, &side.findings);
+        let cut = prepare_event_free(model, space, parts, findings, &self.options)?;
+        Ok(cut.prepared.segments)
     }
 }
 

@@ -6,8 +6,11 @@
 //! and, where asked for, their scales. All of it follows from one run: a shift in time moves the
 //! readings along the simulated motion, whose velocity is known.
 
+mod decide;
 mod drive_freedom;
+mod improve;
 mod instrument;
+mod start_state;
 #[cfg(test)]
 mod tests;
 
@@ -15,15 +18,17 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
+pub use self::decide::{Decision, Questions, decide, whole_run};
 pub use self::drive_freedom::{ImprovedDrive, improve_drive};
 pub use self::instrument::{InstrumentPriors, estimate_instrument};
+pub use self::start_state::{FoundStart, estimate_start, improve_start};
 
 use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::recording::align::Alignment;
 use crate::recording::compare::{CompareError, Comparison, compare};
 use crate::recording::{Channel, Recording};
-use crate::sim::{Options, SimError, Trace, simulate_while};
+use crate::sim::{Options, SimError, StartState, Trace, simulate_from, simulate_while};
 
 /// Lowest sampling rate of a run \[Hz\]: what lies between samples is interpolated.
 const MIN_RATE: f64 = 50e3;
@@ -48,6 +53,8 @@ pub struct Experiment {
     pub recording: Arc<Recording>,
     /// The drive; its t = 0 is the recording's first time.
     pub drive: Waveform,
+    /// The state in which it begins; `None` for rest.
+    pub start: Option<StartState>,
     /// Shift, scales and zeros set by hand; what is estimated comes on top of them.
     pub alignment: Alignment,
     /// What is estimated; `None` for nothing.
@@ -98,6 +105,7 @@ impl Experiment {
         Self {
             recording,
             drive,
+            start: None,
             alignment,
             priors: Some(InstrumentPriors::default()),
             noise,
@@ -128,7 +136,12 @@ impl Experiment {
             ..Options::default()
         };
         let duration = self.recording.duration() + 1.0 / options.rate;
-        let Some(mut trace) = simulate_while(model, &self.drive, duration, &options, go_on)? else {
+        let drive = &self.drive;
+        let run = match &self.start {
+            Some(start) => simulate_from(model, drive, start, duration, &options, go_on)?,
+            None => simulate_while(model, drive, duration, &options, go_on)?,
+        };
+        let Some(mut trace) = run else {
             return Ok(None);
         };
         trace.shift(first);

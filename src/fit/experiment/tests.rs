@@ -151,3 +151,73 @@ fn the_exact_device_leaves_the_noise_under_most_odd_settings() {
     assert!(failures.len() <= 7, "{}: {failures:#?}", failures.len());
     assert!(worst < 4.6, "{worst}: {failures:#?}");
 }
+
+/// What is left of `recording`, cut off before `from` \[s\], and whether it was found to begin in
+/// motion.
+fn misfit_from(model: &Model, recording: &Recording, from: f64) -> (f64, Option<StartState>) {
+    let first = recording.time.partition_point(|&t| t < from);
+    let begin = recording.time[first];
+    let time: Vec<f64> = recording.time[first..].iter().map(|t| t - begin).collect();
+    let part = |values: &Vec<f64>| values[first..].to_vec();
+    let volts = recording.voltage.as_ref().map(part);
+    let xc = recording.cantilever.as_ref().map(part);
+    let xp = part(&recording.proof_mass);
+    let cut = Arc::new(Recording::new("cut", time, volts, xp, xc).unwrap());
+    let drive = cut.drive(DriveReading::Recognised).unwrap().unwrap();
+    let alignment = Alignment::default();
+    let mut experiment = Experiment::new(Arc::clone(&cut), drive.waveform("cut", 0.0), alignment);
+    experiment.noise = (NOISE, Some(NOISE));
+    if let Some(priors) = &mut experiment.priors {
+        priors.drive_reach = drive.reach();
+    }
+    let questions = Questions {
+        drive: None,
+        start: true,
+    };
+    let found = decide(&experiment, questions, model, &|| true)
+        .unwrap()
+        .unwrap();
+    let misfit = found.result.misfit(&experiment).unwrap();
+    (misfit, found.experiment.start)
+}
+
+#[test]
+fn a_recording_that_begins_in_motion_leaves_the_noise() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let (mut held, mut failures) = (0, Vec::new());
+    for text in [
+        "square:15Hz:8V",
+        "ramped:5Hz:8V:0.25",
+        "sine:50Hz:8V",
+        "triangle:20Hz:8V",
+    ] {
+        let drive = Waveform::parse(text, 0.4).unwrap();
+        for from in [0.0, 11e-3, 37e-3, 62.3e-3] {
+            let model = drawn_device(&mut rng);
+            let recording = record(&model, &drive, 50e3, 0.3, (1e-3, 0.0), &mut rng);
+            let (misfit, start) = misfit_from(&model, &recording, from);
+            println!("{text} from {from} s: {misfit:.4} {start:?}");
+            held += usize::from(start.as_ref().is_some_and(|s| s.held_since.is_some()));
+            if misfit.is_nan() || misfit > 1.05 || (from == 0.0) != start.is_none() {
+                failures.push(format!("{text} from {from} s: {misfit} {start:?}"));
+            }
+        }
+    }
+    assert!(held > 0);
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+#[test]
+fn a_recording_from_rest_is_told_from_one_in_motion_by_a_wrong_device() {
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    for text in ["square:15Hz:8V", "sine:50Hz:8V", "ramped:5Hz:8V:0.25"] {
+        let drive = Waveform::parse(text, 0.4).unwrap();
+        for _ in 0..3 {
+            let model = drawn_device(&mut rng);
+            let recording = record(&model, &drive, 50e3, 0.2, (1e-3, 0.0), &mut rng);
+            let other = drawn_device(&mut rng);
+            assert!(misfit_from(&other, &recording, 0.0).1.is_none(), "{text}");
+            assert!(misfit_from(&other, &recording, 37e-3).1.is_some(), "{text}");
+        }
+    }
+}

@@ -20,7 +20,6 @@ use crate::fit::thresholds::{
     BRANCH_HUBER_THRESHOLD, MAX_BLOCK_VOLTAGE_SHARE, MIN_BRANCH_COVERAGE, RING_DECAY_TIMES,
 };
 use crate::model::Model;
-use crate::model::drive::DriveReading;
 use crate::model::parameter::ParameterId;
 use crate::model::piezo::{Branch, Piezo};
 use crate::model::structure::Structure;
@@ -102,7 +101,7 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
     let mut points = Vec::new();
     let (mut low, mut high) = (f64::NAN, f64::NAN);
     for recording in recordings {
-        let Some(drive) = recording.drive(DriveReading::Recognised) else {
+        let Some(drive) = recording.own_drive() else {
             return Err(StepError::Channel {
                 recording: recording.name.clone(),
                 channel: "V",

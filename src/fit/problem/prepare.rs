@@ -145,7 +145,8 @@ impl<'a> Whole<'a> {
             without.cantilever = None;
             recording = Arc::new(without);
         }
-        let track = Track::new(model, &recording, options.nuisances.reading_lag)?;
+        let lag = options.nuisances.of(&recording).reading_lag;
+        let track = Track::new(model, &recording, lag)?;
         let timeline = summary.timeline(&recording, noise);
         Ok(Self {
             of: &part.recording,
@@ -232,7 +233,7 @@ fn free_nuisances(
         });
     };
     let unknown = (0.0, f64::INFINITY);
-    let nuisances = &options.nuisances;
+    let nuisances = options.nuisances.of(data);
     let both = data.cantilever.is_some();
     // Without spring and drive nothing determines the zero.
     let anchored = model.parameters[ParameterId::F1] > 0.0;
@@ -252,7 +253,10 @@ fn free_nuisances(
         && model.piezo.is_some()
     {
         let unit = 0.02 * data.interval();
-        free(Nuisance::Skew, unit, (nuisances.reading_lag, sigma));
+        // The track is late by the recording's own lag, too, which a person has set: only what
+        // was assumed for all counts against the prior.
+        let assumed = options.nuisances.reading_lag;
+        free(Nuisance::Skew, unit, (assumed, sigma));
     }
 }
 

@@ -5,7 +5,7 @@
 
 use crate::fit::error::FitError;
 use crate::model::Model;
-use crate::model::drive::{DriveReading, Segment, Waveform};
+use crate::model::drive::{Segment, Waveform};
 use crate::recording::Recording;
 pub use crate::recording::measured_drive::DriveEdge as Edge;
 use crate::sim::SimError;
@@ -26,13 +26,13 @@ impl Track {
     /// # Errors
     /// [`FitError::NoDrive`] if the device is driven and no voltage was recorded.
     pub fn new(model: &Model, recording: &Recording, lag: f64) -> Result<Self, FitError> {
-        if model.piezo.is_none() && recording.voltage.is_none() {
+        if model.piezo.is_none() && recording.own_drive().is_none() {
             return Ok(Self {
                 pieces: vec![Waveform::Rest.segment(0)],
                 edges: Vec::new(),
             });
         }
-        let Some(drive) = recording.drive(DriveReading::Recognised) else {
+        let Some(drive) = recording.own_drive() else {
             return Err(FitError::NoDrive {
                 recording: recording.name.clone(),
             });

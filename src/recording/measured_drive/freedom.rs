@@ -93,7 +93,7 @@ pub fn of(samples: &Samples<'_>, found: &Found) -> Vec<DriveFreedom> {
                 offset,
             ]
         }
-        Found::Lines(_) | Found::Smooth | Found::Points => Vec::new(),
+        Found::Lines(_) | Found::Smooth | Found::Points | Found::Chosen(_) => Vec::new(),
     }
 }
 
@@ -143,6 +143,6 @@ pub fn changed(found: &Found, values: &[f64]) -> Option<Found> {
             }
             Some(Found::Sinusoids(changed))
         }
-        Found::Lines(_) | Found::Smooth | Found::Points => None,
+        Found::Lines(_) | Found::Smooth | Found::Points | Found::Chosen(_) => None,
     }
 }

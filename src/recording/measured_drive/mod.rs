@@ -8,6 +8,7 @@
 //! would have chosen where the samples allow them. Else it is the smoothest curve that the samples
 //! allow.
 
+mod chosen;
 mod cycle;
 mod freedom;
 mod knots;
@@ -66,6 +67,8 @@ enum Found {
     Smooth,
     /// Few points, or told so.
     Points,
+    /// Not asked: a waveform was chosen, with this period \[s\] if it has one.
+    Chosen(Option<f64>),
 }
 
 /// The drive of a measured voltage.
@@ -127,7 +130,7 @@ pub fn measured_drive(
         Found::Lines(knots) => pieces::of_knots(span, knots),
         Found::Sinusoids(sinusoids) => pieces::of_sinusoids(span, sinusoids),
         Found::Smooth => pieces::smoothed(&samples),
-        Found::Points => pieces::of_knots(span, &pieces::points(&samples)),
+        Found::Points | Found::Chosen(_) => pieces::of_knots(span, &pieces::points(&samples)),
     };
     let text = words::describe(&samples, &found, &edges);
     Ok(MeasuredDrive {
@@ -226,6 +229,7 @@ impl MeasuredDrive {
                 [part] if part.rate == 0.0 => Some(1.0 / part.from.abs()),
                 _ => None,
             },
+            Found::Chosen(period) => *period,
             Found::Lines(_) | Found::Smooth | Found::Points => None,
         }
     }

@@ -124,7 +124,7 @@ fn edge(interval: f64, piece: usize, time: f64, (low, high): (f64, f64)) -> Driv
 }
 
 /// An edge at a turn whose time has standard deviation `sigma` \[s\].
-fn turn_edge(interval: f64, piece: usize, time: f64, sigma: f64) -> DriveEdge {
+pub fn turn_edge(interval: f64, piece: usize, time: f64, sigma: f64) -> DriveEdge {
     let sigma = sigma.max(MIN_EDGE_SIGMA_INTERVALS * interval);
     DriveEdge {
         piece,

@@ -30,7 +30,7 @@ pub fn describe(samples: &Samples<'_>, found: &Found, edges: &[DriveEdge]) -> St
         Found::Lines(knots) => lines_text(knots),
         Found::Sinusoids(sinusoids) => sinusoids_text(samples, sinusoids),
         Found::Smooth => format!("no known waveform, smoothed, {}", range(samples)),
-        Found::Points => format!(
+        Found::Points | Found::Chosen(_) => format!(
             "{} joined by straight lines, {}",
             counted(samples.len(), "point"),
             range(samples)

@@ -283,7 +283,7 @@ impl Runner {
 
 /// Modal state for the initial displacement and velocity. The structure is bent as by a static
 /// force on the mass and moves as after an impulse on it.
-fn initial_state(device: &Device) -> (Vec<f64>, Vec<f64>) {
+pub(super) fn initial_state(device: &Device) -> (Vec<f64>, Vec<f64>) {
     let (x0, v0) = device.initial;
     let anchor = &device.held.anchor;
     let v = anchor.iter().map(|a| a * v0).collect();

@@ -23,7 +23,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut State) {
     ui.horizontal(|ui| {
         ui.add(Label::new(RichText::new(&head).strong()).truncate())
             .on_hover_text(
-                "Root mean square of simulation minus recording over all recordings shown, in units of their noise. 1 is a perfect model.",
+                "Root mean square of simulation minus recording over all recordings shown, in units of their noise. 1 is a perfect model. It is that of whole runs: one impact that comes a little late spoils all that follows. Between impacts each stretch starts where the readings are: the number of Diagnose's proof.",
             );
         let Some(snapshot) = snapshot else { return };
         if total.is_none() || snapshot.comparisons.len() < 2 {
@@ -52,7 +52,12 @@ fn head(state: &State, snapshot: Option<&Snapshot>, total: Option<f64>) -> Strin
         let number = format_number(total, MISFIT_DIGITS);
         let history = state.misfit_history.text(total);
         let history = history.map_or(String::new(), |text| format!(" ({text})"));
-        return format!("misfit {number} x noise{history}");
+        let stretches = snapshot
+            .total_stretch_misfit()
+            .map_or(String::new(), |total| {
+                format!(", {} between impacts", format_number(total, MISFIT_DIGITS))
+            });
+        return format!("misfit {number} x noise{history}{stretches}");
     }
     // Without noise there is no unit but the length.
     let compared: Vec<String> = snapshot

@@ -15,7 +15,7 @@ use crate::app::widgets::text::{name_of, small};
 use crate::model::Model;
 use crate::model::parameter::ParameterSpec;
 use crate::model::unit::{counted, format_number, format_quantity};
-use crate::sim::EventKind;
+use crate::sim::{EventKind, StartState};
 
 /// Draws the readouts.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -100,6 +100,12 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
                         );
                     }
                 });
+                if let Some(stretches) = &entry.stretches {
+                    let rms = format_quantity(stretches.distance.rms, "m", 3);
+                    let times = format_number(stretches.distance.rms / stretches.noise, 3);
+                    ui.label(small(format!("between impacts: rms {rms}, {times} x noise")))
+                        .on_hover_text("The recording is cut into stretches at impacts and every few periods; each is started where the readings are. This is the number of Diagnose's proof. It does not add up how an impact that comes a little late spoils the rest of a whole run.");
+                }
                 instrument(ui, state, entry);
                 if let Some(rms_of_a) = rms_of_reference(entry.id) {
                     let change = 100.0 * (comparison.rms - rms_of_a) / rms_of_a;
@@ -149,6 +155,9 @@ fn instrument(ui: &mut Ui, state: &State, entry: &OverlayComparison) {
         let late = used.time_shift - set.time_shift;
         parts.push(format!("clock {}", format_quantity(late, "s", 3)));
     }
+    if let Some(start) = entry.own.as_ref().and_then(|own| own.start.as_ref()) {
+        parts.push(start_text(start));
+    }
     if estimates.scales {
         let scale = used.xp_scale / set.xp_scale;
         parts.push(format!("scale {}", format_number(1.0 / scale, 5)));
@@ -158,6 +167,17 @@ fn instrument(ui: &mut Ui, state: &State, entry: &OverlayComparison) {
             .on_hover_text(
                 "Zero and scale of its reading of xp, and how late its clock is against that of the voltage. They belong to the instrument and do not count as misfit. Choose in the list of recordings what is estimated.",
             );
+    }
+}
+
+/// How a recording begins that does not begin at rest.
+fn start_text(start: &StartState) -> String {
+    match start.held_since {
+        None => "begins in motion".to_owned(),
+        Some(since) => format!(
+            "begins on the ground, there for {}",
+            format_quantity(-since, "s", 2)
+        ),
     }
 }
 

@@ -275,6 +275,9 @@ fn estimates(ui: &mut Ui, overlay: &mut Overlay) {
             .on_hover_text("How late the readings are against the voltage: 0 within some us, and within what the edges of the voltage leave open");
         ui.checkbox(&mut to.scales, "scale")
             .on_hover_text("The scale of each reading: 1 within 1 %. It can hide an error of the drive's strength.");
+        ui.checkbox(&mut to.start, "start").on_hover_text(
+            "The state in which it begins, where that is not rest: cut from a longer recording, or let go from a displacement",
+        );
     });
 }
 

@@ -68,6 +68,7 @@ pub fn snapshot(state: &State, rms: f64) -> Arc<Snapshot> {
             alignment: overlay.alignment,
             noise: Some(20e-9),
             drive_text: None,
+            stretches: None,
             own: None,
         })
         .collect();
