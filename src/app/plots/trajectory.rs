@@ -1,4 +1,4 @@
-//! Proof mass and cantilever against time, with recordings and the reference curve.
+//! Proof mass and cantilever against time, with recordings and kept curves.
 
 use std::sync::Arc;
 
@@ -7,12 +7,14 @@ use eframe::egui::{Id, Ui};
 use super::event_corners::EventCorners;
 use super::frame::cache::Source;
 use super::frame::curve::{Curve, Placed};
-use super::frame::style::{THICK_LINE, THIN_LINE};
+use super::frame::style::{KEPT_LINE, THICK_LINE, THIN_LINE};
 use super::frame::time_plot::{Level, TimePlot};
 use super::frame::{cache, style};
 use super::residual;
+use crate::app::setup::kept_curve::KeptCurve;
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::Picture;
+use crate::app::simulation::snapshot::Snapshot;
 use crate::app::state::State;
 use crate::recording::Channel;
 use crate::sim::Trace;
@@ -27,12 +29,7 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     let palette = style::palette(ui);
     let mut plot = TimePlot::new(Picture::Trajectory, "displacement x", "m");
     plot.least = 1e-10;
-    if let Some(reference) = &state.reference {
-        let pyramid = Arc::clone(&reference.proof_mass_pyramid);
-        let curve = Curve::new("A: xp", pyramid, palette.reference).width(1.5);
-        let curve = curve.through(corners(ui, "reference", &reference.trace));
-        plot.curves.push(curve.dashed());
-    }
+    plot.curves.extend(kept(ui, state));
     plot.curves.extend(recorded(ui, state, Channel::Cantilever));
     if let Some(snapshot) = &state.snapshot {
         if !snapshot.cantilever_pyramid.is_empty() {
@@ -73,6 +70,20 @@ pub fn corners(
 ) -> Arc<EventCorners> {
     let id = Id::unique(("event corners", slot));
     cache::cached(ui, id, Source::of(trace), || EventCorners::of(trace))
+}
+
+/// The kept curves, in their colours.
+fn kept(ui: &Ui, state: &State) -> Vec<Curve> {
+    let curve = |(curve, run): (&KeptCurve, &Arc<Snapshot>)| {
+        let pyramid = Arc::clone(&run.proof_mass_pyramid);
+        let color = style::kept_color(ui, curve.color);
+        let corners = corners(ui, ("kept", &curve.name), &run.trace);
+        Curve::new(format!("{}: xp", curve.name), pyramid, color)
+            .width(KEPT_LINE)
+            .through(corners)
+            .of_kept(&curve.name)
+    };
+    state.kept_in_view().map(curve).collect()
 }
 
 /// The runs of the recordings that have a drive of their own, in their colours.
