@@ -166,7 +166,11 @@ mod tests {
         keep(&mut services);
         assert_eq!(names(&services).len(), 1);
         let said = |services: &Services| services.state.notices.last().unwrap().text.clone();
-        assert!(said(&services).contains("kept already"), "{}", said(&services));
+        assert!(
+            said(&services).contains("kept already"),
+            "{}",
+            said(&services)
+        );
         for i in 1..=MAX_KEPT_CURVES {
             run(&mut services, ParameterId::Alpha, 0.5 + 0.01 * i as f64);
             keep(&mut services);

@@ -331,7 +331,10 @@ fn kept_curves_are_saved_with_names_colours_and_ticks() {
     assert_ne!(broken, text);
     std::fs::write(&path, broken).unwrap();
     let error = load(&path).unwrap_err().to_string();
-    assert!(error.contains("kept curve") && error.contains("-0.3 s"), "{error}");
+    assert!(
+        error.contains("kept curve") && error.contains("-0.3 s"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -356,7 +359,10 @@ fn the_curve_of_an_older_session_is_read() {
     // Written again, it is a session of this version.
     save(&path, &loaded.setup, &loaded.view, &[]).unwrap();
     let text = std::fs::read_to_string(&path).unwrap();
-    assert!(text.contains("[[kept]]") && !text.contains("view.kept"), "{text}");
+    assert!(
+        text.contains("[[kept]]") && !text.contains("view.kept"),
+        "{text}"
+    );
     assert_eq!(load(&path).unwrap().setup.kept, loaded.setup.kept);
 }
 

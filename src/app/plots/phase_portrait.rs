@@ -122,7 +122,10 @@ fn runs<'a>(ui: &Ui, state: &'a State) -> Vec<Run<'a>> {
     let kept = kept.map(|(curve, of)| run(Some(curve), of));
     let present = state.snapshot.iter().map(|of| run(None, of));
     // The present run is drawn over the others.
-    kept.collect::<Vec<_>>().into_iter().chain(present).collect()
+    kept.collect::<Vec<_>>()
+        .into_iter()
+        .chain(present)
+        .collect()
 }
 
 /// Range of a recording's velocity as it is drawn [m/s].

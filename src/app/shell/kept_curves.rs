@@ -113,7 +113,6 @@ fn forget_removed(services: &mut Services) {
         kept.any(|curve| same_origin(&curve.origin, origin))
     };
     state.kept_runs.retain(|origin| {
-        has(setup, origin)
-            || (origin.live.is_some() && history.holds(|before| has(before, origin)))
+        has(setup, origin) || (origin.live.is_some() && history.holds(|before| has(before, origin)))
     });
 }

@@ -272,8 +272,8 @@ fn of_recordings(ui: &Ui, state: &State, plots: &[TimePlot], time: Option<f64>) 
         let (mut keys, mut details) = (Vec::new(), vec![overlay.recording.name.clone()]);
         let mut value = String::new();
         let curves = plots.iter().flat_map(|plot| {
-            let own = (plot.curves.iter())
-                .filter(|c| c.owner == Some(overlay.id) && c.kept.is_none());
+            let own =
+                (plot.curves.iter()).filter(|c| c.owner == Some(overlay.id) && c.kept.is_none());
             own.map(move |curve| (plot, curve))
         });
         let all: Vec<_> = curves.collect();

@@ -201,13 +201,19 @@ fn kept_curves_are_drawn_with_their_residuals_and_shown_and_hidden_as_one() {
     for line in lines {
         assert!(shown.iter().any(|name| name == line), "{line}: {shown:?}");
     }
-    assert!(!shown.iter().any(|name| name.contains("stiff")), "{shown:?}");
+    assert!(
+        !shown.iter().any(|name| name.contains("stiff")),
+        "{shown:?}"
+    );
     let entries = harness.query_all_by_label_contains("Show kept: soft film");
     assert_eq!(entries.count(), 1, "one entry for all its lines");
     harness.get_by_label("Show kept: soft film").click();
     harness.run_steps(2);
     let hidden = drawn(&harness);
-    assert!(!hidden.iter().any(|name| name.contains("soft")), "{hidden:?}");
+    assert!(
+        !hidden.iter().any(|name| name.contains("soft")),
+        "{hidden:?}"
+    );
     assert!(hidden.iter().any(|name| name == "xp"));
     harness.state_mut().setup.kept[1].visible = true;
     harness.run_steps(2);

@@ -136,7 +136,10 @@ fn curves_are_kept_renamed_restored_removed_and_each_can_be_undone() {
     harness.key_press(Key::Enter);
     harness.run_steps(3);
     settle(&mut harness);
-    assert_eq!(names(harness.state()), ["as printed".to_owned(), second.clone()]);
+    assert_eq!(
+        names(harness.state()),
+        ["as printed".to_owned(), second.clone()]
+    );
     // Restored while the sliders are elsewhere.
     with_alpha(&mut harness, 0.2);
     press(&mut harness, "restore as printed");
@@ -147,7 +150,10 @@ fn curves_are_kept_renamed_restored_removed_and_each_can_be_undone() {
     assert_eq!(names(harness.state()), [second.clone()]);
     // All of it backwards.
     undo(&mut harness);
-    assert_eq!(names(harness.state()), ["as printed".to_owned(), second.clone()]);
+    assert_eq!(
+        names(harness.state()),
+        ["as printed".to_owned(), second.clone()]
+    );
     undo(&mut harness);
     assert!(kept(harness.state())[0].visible);
     undo(&mut harness);
@@ -165,7 +171,10 @@ fn curves_are_kept_renamed_restored_removed_and_each_can_be_undone() {
     harness.run_steps(3);
     assert_eq!(names(harness.state()), ["kept 1"]);
     all_computed(&mut harness);
-    assert!(line(harness.state(), 0).is_some(), "its line comes back with it");
+    assert!(
+        line(harness.state(), 0).is_some(),
+        "its line comes back with it"
+    );
 }
 
 /// A recording of the device `paper` with another coefficient of restitution, with noise, as CSV.
@@ -189,7 +198,12 @@ fn true_recording(alpha: f64) -> String {
     for (i, xp) in trace.proof_mass.iter().enumerate() {
         // A sum of twelve is normal enough, with a standard deviation of 20 nm.
         let noise: f64 = 0.02 * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0);
-        text += &format!("{},{},{}\n", trace.time(i), trace.voltage[i], 1e6 * xp + noise);
+        text += &format!(
+            "{},{},{}\n",
+            trace.time(i),
+            trace.voltage[i],
+            1e6 * xp + noise
+        );
     }
     text
 }
@@ -219,7 +233,10 @@ fn a_curve_kept_at_the_true_values_shows_its_misfit_while_the_sliders_are_elsewh
     all_computed(&mut harness);
     let shown = run(harness.state(), 0).unwrap().run.clone().unwrap();
     let (own, present) = (shown.total_misfit().unwrap(), live.total_misfit().unwrap());
-    assert!((own - present).abs() < 0.02 * present, "{own} and {present}");
+    assert!(
+        (own - present).abs() < 0.02 * present,
+        "{own} and {present}"
+    );
     assert!(shown.comparisons[0].misfit().is_some());
     assert_eq!(shown.features, live.features);
     // The same numbers are on the screen, next to those of the present run.

@@ -249,8 +249,7 @@ impl<R: Fn() + Send + 'static> Engine<R> {
             return Ok(());
         }
         let snapshot = &mut entry.snapshot;
-        let better =
-            (entry.cache).improve(&entry.model, overlays, &snapshot.comparisons, go_on);
+        let better = (entry.cache).improve(&entry.model, overlays, &snapshot.comparisons, go_on);
         if !go_on() {
             return Err(Outdated);
         }

@@ -38,7 +38,7 @@ fn wait(
         let results = worker.results();
         let mut complete = results.into_iter().filter(|run| run.is_complete);
         let is_done = |run: &KeptRun| {
-            same_origin(&run.origin, origin) && run.run.as_ref().map_or(true, |run| is_it(run))
+            same_origin(&run.origin, origin) && run.run.as_ref().ok().is_none_or(|run| is_it(run))
         };
         if let Some(found) = complete.find(is_done) {
             return found.run;
@@ -65,14 +65,23 @@ fn a_kept_curve_has_the_numbers_of_its_own_device_and_is_simulated_once() {
     let expected = compare_all(&run.model, &drive, &run.trace, &setup.overlays);
     let (own, expected) = (run.comparisons[0].misfit(), expected[0].misfit());
     // What the readings decide of the drive can only lower it.
-    assert!(own.unwrap() <= expected.unwrap(), "{own:?} and {expected:?}");
-    assert!(own.unwrap() > 0.5 * expected.unwrap(), "{own:?} and {expected:?}");
+    assert!(
+        own.unwrap() <= expected.unwrap(),
+        "{own:?} and {expected:?}"
+    );
+    assert!(
+        own.unwrap() > 0.5 * expected.unwrap(),
+        "{own:?} and {expected:?}"
+    );
     let mut shifted = setup.overlays.clone();
     shifted[0].alignment.xp_offset += 3e-6;
     shifted[0].estimates.zeros = false;
     worker.send(request(&[&first, &second], &shifted));
     let moved = wait(&worker, &second, is_compared).unwrap();
-    assert!(Arc::ptr_eq(&moved.trace, &run.trace), "it was simulated again");
+    assert!(
+        Arc::ptr_eq(&moved.trace, &run.trace),
+        "it was simulated again"
+    );
     assert_ne!(moved.comparisons[0].misfit(), own);
     let mut hidden = shifted;
     hidden[0].visible = false;

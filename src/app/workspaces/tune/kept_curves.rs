@@ -49,7 +49,8 @@ pub(super) fn list(ui: &mut Ui, state: &mut State) {
             if tick(ui, curve, "show") {
                 switched = Some(i);
             }
-            let name = RichText::new(short(&curve.name, MAX_LISTED_LETTERS)).color(kept_color(ui, curve.color));
+            let name = RichText::new(short(&curve.name, MAX_LISTED_LETTERS))
+                .color(kept_color(ui, curve.color));
             let run = state.kept_runs.of(&curve.origin);
             let misfit = match run.map(|run| &run.run) {
                 None => "computing".to_owned(),
@@ -204,7 +205,10 @@ fn curve_buttons(ui: &mut Ui, i: usize, curve: &KeptCurve, edits: &mut Vec<KeptE
         edits.push(KeptEdit::Restore(i));
     }
     let remove = icon_button(ui, Icon::Remove, &format!("remove {name}"));
-    if remove.on_hover_text("Remove the curve (can be undone)").clicked() {
+    if remove
+        .on_hover_text("Remove the curve (can be undone)")
+        .clicked()
+    {
         edits.push(KeptEdit::Remove(i));
     }
 }
