@@ -368,28 +368,35 @@ fn the_curve_of_an_older_session_is_read() {
 
 fn any_kept() -> impl Strategy<Value = KeptCurve> {
     let values = (-1e-3..1e-3f64, 1e-6..10.0f64, 1e-22..1e-20f64, 0.1..0.9f64);
-    (".{1,40}", 0..40usize, any::<bool>(), values, 1.0..90.0f64).prop_map(
-        |(name, color, visible, (shift, duration, cs, alpha), frequency)| {
-            let mut preset = Preset::default();
-            preset.model.parameters.set(ParameterId::Cs, cs);
-            preset.model.parameters.set(ParameterId::Alpha, alpha);
-            KeptCurve {
-                name,
-                color,
-                visible,
-                origin: Arc::new(RunOrigin {
-                    preset,
-                    drive: DriveChoice::Waveform(Waveform::Sine {
-                        frequency,
-                        amplitude: 8.0,
-                    }),
-                    shift,
-                    duration,
-                    live: None,
-                }),
-            }
-        },
+    (
+        "\\PC{1,40}",
+        0..40usize,
+        any::<bool>(),
+        values,
+        1.0..90.0f64,
     )
+        .prop_map(
+            |(name, color, visible, (shift, duration, cs, alpha), frequency)| {
+                let mut preset = Preset::default();
+                preset.model.parameters.set(ParameterId::Cs, cs);
+                preset.model.parameters.set(ParameterId::Alpha, alpha);
+                KeptCurve {
+                    name,
+                    color,
+                    visible,
+                    origin: Arc::new(RunOrigin {
+                        preset,
+                        drive: DriveChoice::Waveform(Waveform::Sine {
+                            frequency,
+                            amplitude: 8.0,
+                        }),
+                        shift,
+                        duration,
+                        live: None,
+                    }),
+                }
+            },
+        )
 }
 
 proptest! {

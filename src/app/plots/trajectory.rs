@@ -11,10 +11,9 @@ use super::frame::style::{KEPT_LINE, THICK_LINE, THIN_LINE};
 use super::frame::time_plot::{Level, TimePlot};
 use super::frame::{cache, style};
 use super::residual;
-use crate::app::setup::kept_curve::KeptCurve;
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::Picture;
-use crate::app::simulation::snapshot::Snapshot;
+use crate::app::simulation::min_max_pyramid::Pyramid;
 use crate::app::state::State;
 use crate::recording::Channel;
 use crate::sim::Trace;
@@ -72,18 +71,32 @@ pub fn corners(
     cache::cached(ui, id, Source::of(trace), || EventCorners::of(trace))
 }
 
-/// The kept curves, in their colours.
+/// The kept curves, in their colours, and their runs under the recordings' own drives.
 fn kept(ui: &Ui, state: &State) -> Vec<Curve> {
-    let curve = |(curve, run): (&KeptCurve, &Arc<Snapshot>)| {
-        let pyramid = Arc::clone(&run.proof_mass_pyramid);
-        let color = style::kept_color(ui, curve.color);
-        let corners = corners(ui, ("kept", &curve.name), &run.trace);
-        Curve::new(format!("{}: xp", curve.name), pyramid, color)
-            .width(KEPT_LINE)
-            .through(corners)
-            .of_kept(&curve.name)
-    };
-    state.kept_in_view().map(curve).collect()
+    let mut curves = Vec::new();
+    for (kept, run) in state.kept_in_view() {
+        let color = style::kept_color(ui, kept.color);
+        let line = |name: String, pyramid: &Arc<Pyramid>, corners| {
+            let curve = Curve::new(name, Arc::clone(pyramid), color).width(KEPT_LINE);
+            curve.through(corners).of_kept(&kept.name)
+        };
+        let at_events = corners(ui, ("kept", &kept.name), &run.trace);
+        let name = format!("{}: xp", kept.name);
+        curves.push(line(name, &run.proof_mass_pyramid, at_events));
+        for overlay in state.setup.overlays.iter().filter(|o| o.visible) {
+            let compared = run.comparisons.iter().find(|c| c.id == overlay.id);
+            let own = compared.and_then(|compared| compared.own.as_ref());
+            let Some(own) = own.filter(|own| !coincides(&own.trace, &run.trace)) else {
+                continue;
+            };
+            let slot = ("kept own run", &kept.name, overlay.id);
+            let at_events = corners(ui, slot, &own.trace);
+            let name = format!("{}: xp simulated as {}", kept.name, overlay.recording.name);
+            let curve = line(name, &own.proof_mass_pyramid, at_events);
+            curves.push(curve.owned(overlay.id));
+        }
+    }
+    curves
 }
 
 /// The runs of the recordings that have a drive of their own, in their colours.

@@ -194,6 +194,7 @@ fn kept_curves_are_drawn_with_their_residuals_and_shown_and_hidden_as_one() {
     };
     let lines = [
         "soft film: xp",
+        "soft film: xp simulated as tap.csv",
         "soft film: residual tap.csv",
         "vp soft film: xp",
     ];
