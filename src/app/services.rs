@@ -12,18 +12,6 @@ use super::setup::undo::History;
 use super::simulation::recorded_drive::RecordedDriveCache;
 use super::state::State;
 
-/// How far the reference curve of an opened session has come back.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ReferenceCurveStage {
-    /// Not requested yet.
-    #[default]
-    NotRequested,
-    /// The person was told that its recording is missing.
-    RecordingMissing,
-    /// It is being computed, or could not be.
-    Requested,
-}
-
 /// The state and all that commands change besides it.
 pub struct Services {
     /// What panels draw and change.
@@ -52,8 +40,6 @@ pub struct Services {
     pub shows_hint: bool,
     /// Name of the device whose usual live speed is set.
     pub speed_set_for: String,
-    /// How far the reference curve of a session is.
-    pub reference_stage: ReferenceCurveStage,
     /// The drive taken from a recording.
     pub recorded_drive: RecordedDriveCache,
     /// The first failure since the start. A screenshot then ends with an error.
@@ -76,7 +62,6 @@ impl Services {
             steps: 0,
             shows_hint: false,
             speed_set_for: String::new(),
-            reference_stage: ReferenceCurveStage::default(),
             recorded_drive: RecordedDriveCache::default(),
             first_failure: None,
         }

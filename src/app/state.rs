@@ -8,9 +8,11 @@ use super::analysis::fit::Fitting;
 use super::analysis::identification::Identification;
 use super::setup::command::Command;
 use super::setup::current_setup::Setup;
+use super::setup::kept_curve::KeptCurve;
 use super::setup::notice::{Notice, Refusal};
 use super::setup::overlay::OverlayId;
 use super::setup::view::{Picture, View};
+use super::simulation::kept::KeptRuns;
 use super::simulation::misfit_history::MisfitHistory;
 use super::simulation::snapshot::Snapshot;
 
@@ -36,8 +38,8 @@ pub struct State {
     pub snapshot: Option<Arc<Snapshot>>,
     /// Total misfit before and after the last change.
     pub misfit_history: MisfitHistory,
-    /// The reference curve (A), to compare the present one with.
-    pub reference: Option<Arc<Snapshot>>,
+    /// The runs of the kept curves, as far as they are computed.
+    pub kept_runs: KeptRuns,
     /// Why the present values give no result.
     pub refusal: Option<Refusal>,
     /// Live mode: whether the person paused it. Whether it has paused is in the snapshot.
@@ -58,6 +60,8 @@ pub struct State {
     pub drive_editor_open: bool,
     /// Whether the panel with all 16 cases of Table A.1 is open.
     pub validation_open: bool,
+    /// Whether the table of the kept curves is open.
+    pub kept_open: bool,
     /// The fit panel.
     pub fitting: Fitting,
     /// The guided identification.
@@ -75,7 +79,7 @@ impl State {
             view,
             snapshot: None,
             misfit_history: MisfitHistory::default(),
-            reference: None,
+            kept_runs: KeptRuns::default(),
             refusal: None,
             paused: false,
             scrub: None,
@@ -85,10 +89,17 @@ impl State {
             notices: Vec::new(),
             drive_editor_open: false,
             validation_open: false,
+            kept_open: false,
             fitting: Fitting::default(),
             identification: Identification::default(),
             diagnosing: Diagnosing::default(),
         }
+    }
+
+    /// The kept curves that are drawn, with their runs; the one kept last is the last.
+    pub fn kept_in_view(&self) -> impl Iterator<Item = (&KeptCurve, &Arc<Snapshot>)> {
+        let visible = self.setup.kept.iter().filter(|curve| curve.visible);
+        visible.filter_map(|curve| Some((curve, self.kept_runs.drawn(&curve.origin)?)))
     }
 
     /// Asks for a command.

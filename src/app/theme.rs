@@ -190,6 +190,10 @@ mod tests {
             for color in style::overlay_colors(dark) {
                 texts.push(("name of a recording", color, grounds.clone()));
             }
+            for color in style::kept_colors(dark) {
+                let places = with(&[panel, plot, field]);
+                texts.push(("name of a kept curve", color, places));
+            }
             for (name, color, backgrounds) in texts {
                 for background in backgrounds {
                     let found = contrast(color, background);

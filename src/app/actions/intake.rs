@@ -9,7 +9,7 @@ use crate::app::analysis::diagnosis::Diagnosing;
 use crate::app::files::event::{FileEvent, Purpose};
 use crate::app::files::session;
 use crate::app::files::session_text::{Loaded, RecordingEntry, own_drive};
-use crate::app::services::{ReferenceCurveStage, Services};
+use crate::app::services::Services;
 use crate::app::setup::current_setup::choose_preset;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::notice::About;
@@ -73,18 +73,6 @@ pub fn receive(services: &mut Services) -> bool {
             FileEvent::Drive { waveform } => {
                 services.state.setup.drive = DriveChoice::Waveform(waveform);
             }
-            FileEvent::ReferenceCurve { curve, run } => {
-                // It may have been discarded or replaced meanwhile.
-                if services.state.view.reference_curve.as_ref() == Some(&*curve) {
-                    match run {
-                        Ok(run) => services.state.reference = Some(run),
-                        Err(reason) => {
-                            services
-                                .fail(format!("The reference curve (A) cannot be shown: {reason}"));
-                        }
-                    }
-                }
-            }
             FileEvent::TypePath { purpose } => {
                 if !services.dialogs.is_open() {
                     services.dialogs.ask_path(purpose);
@@ -126,11 +114,8 @@ fn adopt_session(services: &mut Services, path: PathBuf, loaded: Loaded) {
     services.session_path = Some(path).filter(|path| !session::is_autosaved(path));
     services.shows_hint = false;
     let state = &mut services.state;
-    // The former session's reference curve, diagnoses and cursors end with it; the tally of
-    // sealed trials belongs to the person.
-    state.reference = None;
-    services.reference_stage = ReferenceCurveStage::NotRequested;
-    let state = &mut services.state;
+    // The former session's diagnoses and cursors end with it; the tally of sealed trials belongs
+    // to the person.
     let tally = state.diagnosing.trial.tally;
     state.diagnosing = Diagnosing::default();
     state.diagnosing.trial.tally = tally;

@@ -149,7 +149,8 @@ fn view_menu(services: &mut Services, ui: &mut Ui) {
     ui.separator();
     let view = [
         Command::ZoomAll,
-        Command::ToggleReferenceCurve,
+        Command::KeepCurve,
+        Command::KeptCurves,
         Command::SidePanel,
         Command::FindSlider,
         Command::ToggleTheme,

@@ -3,7 +3,7 @@
 
 pub(super) mod diagnosis;
 pub(super) mod intake;
+pub(super) mod kept_curves;
 pub(super) mod menus;
-pub(super) mod reference_curve;
 pub mod run;
 pub(super) mod save;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use eframe::egui::{Event, InputState, Key, KeyboardShortcut, Ui, ViewportCommand};
 
-use super::reference_curve;
+use super::kept_curves;
 use super::save::save;
 use crate::app::analysis::diagnosis;
 use crate::app::dialogs::{Answer, Target};
@@ -70,7 +70,7 @@ pub fn is_possible(services: &Services, command: Command) -> bool {
         | Command::ExportPng
         | Command::ExportTrace
         | Command::ExportEvents
-        | Command::ToggleReferenceCurve => state.snapshot.is_some(),
+        | Command::KeepCurve => state.snapshot.is_some(),
         Command::Diagnose | Command::DiagnoseByHand => {
             diagnosing.running.is_none() && diagnosis::obstacle(&state.setup).is_none()
         }
@@ -143,7 +143,8 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
             state.scrub = None;
             state.paused = false;
         }
-        Command::ToggleReferenceCurve => reference_curve::toggle(services),
+        Command::KeepCurve => kept_curves::keep(services),
+        Command::KeptCurves => state.kept_open = !state.kept_open,
         Command::TogglePicture(picture) => {
             if !state.view.pictures.remove(&picture) {
                 state.view.pictures.insert(picture);
@@ -204,7 +205,6 @@ fn reset_all(services: &mut Services) {
         workspace: state.view.workspace.clone(),
         ..View::default()
     };
-    state.reference = None;
     state.cursors = Cursors::default();
     state.selected = state.setup.overlays.first().map(|o| o.id);
     services.shows_hint = true;
@@ -331,7 +331,7 @@ mod tests {
             (Key::Questionmark, Modifiers::SHIFT, Some(Command::Help)),
             (Key::Slash, Modifiers::NONE, Some(Command::FindSlider)),
             (Key::Slash, Modifiers::SHIFT, Some(Command::FindSlider)),
-            (Key::G, Modifiers::NONE, Some(Command::ToggleReferenceCurve)),
+            (Key::G, Modifiers::NONE, Some(Command::KeepCurve)),
             (Key::G, Modifiers::SHIFT, None),
             (Key::O, Modifiers::COMMAND, Some(Command::Open)),
             (Key::O, with_shift, Some(Command::OpenPath)),

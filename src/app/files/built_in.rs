@@ -29,10 +29,10 @@ pub fn first_start_hint() -> [String; 3] {
     [
         "The orange curve is a synthetic recording of a device with other parameters: drag Cs, alpha and Ca0 until the residual is flat.".to_owned(),
         format!(
-            "Press {} to watch the device in slow motion, {} to return to the whole span, {} to set the current curve as the reference for comparison.",
+            "Press {} to watch the device in slow motion, {} to return to the whole span, {} to keep the current curve for comparison.",
             key(Command::SetMode(Mode::Live)),
             key(Command::SetMode(Mode::WholeSpan)),
-            key(Command::ToggleReferenceCurve)
+            key(Command::KeepCurve)
         ),
         format!(
             "Drop a CSV file on the window to compare it with the simulation; press {} for keys and mouse gestures.",
@@ -59,6 +59,7 @@ pub fn from_preset(preset: Preset) -> Setup {
         preset,
         locked: std::collections::BTreeSet::new(),
         overlays: Vec::new(),
+        kept: Vec::new(),
     }
 }
 

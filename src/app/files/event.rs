@@ -5,8 +5,6 @@ use std::sync::Arc;
 
 use super::session_text::{Loaded, RecordingEntry};
 use crate::app::setup::overlay::OverlayId;
-use crate::app::setup::reference_curve::ReferenceCurve;
-use crate::app::simulation::snapshot::Snapshot;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
@@ -45,11 +43,6 @@ pub enum FileEvent {
     Lost { id: OverlayId, message: String },
     /// A drive was read.
     Drive { waveform: Waveform },
-    /// A session's reference curve was computed again.
-    ReferenceCurve {
-        curve: Box<ReferenceCurve>,
-        run: Result<Arc<Snapshot>, String>,
-    },
     /// The system has no file dialog, so the path must be typed; `None` is for opening.
     TypePath { purpose: Option<Purpose> },
     /// The person chose where to save.

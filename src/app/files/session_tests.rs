@@ -1,11 +1,13 @@
 use std::sync::Arc;
 
+use proptest::prelude::*;
+
 use crate::app::files::atomic_write::keep_unreadable;
 use crate::app::files::built_in;
 use crate::app::files::session::*;
 use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::kept_curve::{KeptCurve, RunOrigin, of_session};
 use crate::app::setup::overlay::{Overlay, Role};
-use crate::app::setup::reference_curve::ReferenceCurve;
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::effects;
 use crate::model::effects::ActiveEffect;
@@ -273,8 +275,24 @@ fn a_failed_save_leaves_the_earlier_file_and_nothing_else() {
     assert_eq!(entries.len(), 1, "{entries:?}");
 }
 
+/// A kept curve of the oscillator.
+fn kept(name: &str, color: usize, drive: DriveChoice) -> KeptCurve {
+    KeptCurve {
+        name: name.to_owned(),
+        color,
+        visible: color != 1,
+        origin: Arc::new(RunOrigin {
+            preset: Preset::embedded("oscillator").unwrap(),
+            drive,
+            shift: 1.5e-3,
+            duration: 0.3,
+            live: None,
+        }),
+    }
+}
+
 #[test]
-fn the_reference_curve_is_saved_and_older_sessions_have_none() {
+fn kept_curves_are_saved_with_names_colours_and_ticks() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.impactscope.toml");
     let mut setup = setup();
@@ -282,36 +300,118 @@ fn the_reference_curve_is_saved_and_older_sessions_have_none() {
         .overlays
         .push(overlay(7, &folder.path().join("one.csv")));
     save(&path, &setup, &View::default(), &[]).unwrap();
-    let older = std::fs::read_to_string(&path).unwrap();
-    assert!(!older.contains("kept"), "{older}");
-    // Older sessions have keys that are no longer used.
-    let older = older.replace("[view]\n", "[view]\nshow_events = false\n");
-    assert!(older.contains("show_events"), "{older}");
-    std::fs::write(&path, older).unwrap();
-    assert_eq!(load(&path).unwrap().view.reference_curve, None);
+    let none = std::fs::read_to_string(&path).unwrap();
+    assert!(!none.contains("kept"), "{none}");
+    assert_eq!(load(&path).unwrap().setup.kept, []);
     let table = VoltageTable::new("edited", vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0]).unwrap();
-    for drive in [
-        DriveChoice::Waveform(Waveform::parse("chirp:5Hz:80Hz:8V", 0.7).unwrap()),
-        DriveChoice::Waveform(Waveform::Table(Arc::new(table))),
-        DriveChoice::Recorded(7),
-    ] {
-        let curve = ReferenceCurve {
-            preset: Preset::embedded("oscillator").unwrap(),
-            drive,
-            shift: 1.5e-3,
-            duration: 0.3,
-        };
-        let view = View {
-            reference_curve: Some(curve),
-            ..View::default()
-        };
-        save(&path, &setup, &view, &[]).unwrap();
-        let loaded = load(&path).unwrap();
-        assert_eq!(loaded.view, view);
-        assert_eq!(loaded.recordings.len(), 1);
-    }
+    let chirp = Waveform::parse("chirp:5Hz:80Hz:8V", 0.7).unwrap();
+    setup.kept = vec![
+        kept("Cs 2.1e-21, gp 30 nm", 0, DriveChoice::Waveform(chirp)),
+        kept(
+            "\"soft\" film = \u{b5}m \\ #1",
+            1,
+            DriveChoice::Waveform(Waveform::Table(Arc::new(table))),
+        ),
+        kept("kept 1", 11, DriveChoice::Recorded(7)),
+    ];
+    save(&path, &setup, &View::default(), &[]).unwrap();
+    let loaded = load(&path).unwrap();
+    assert_eq!(loaded.setup.kept, setup.kept);
+    assert_eq!(loaded.recordings.len(), 1);
+    // A live run cannot be computed again.
+    let live = RunOrigin {
+        live: Some(3),
+        ..(*setup.kept[0].origin).clone()
+    };
+    setup.kept[0].origin = Arc::new(live);
+    save(&path, &setup, &View::default(), &[]).unwrap();
+    assert_eq!(load(&path).unwrap().setup.kept, setup.kept[1..]);
     let text = std::fs::read_to_string(&path).unwrap();
-    std::fs::write(&path, text.replace("duration = 0.3", "duration = -0.3")).unwrap();
-    let error = load(&path).unwrap_err();
-    assert!(error.to_string().contains("reference curve"), "{error}");
+    let broken = text.replace("duration = 0.3", "duration = -0.3");
+    assert_ne!(broken, text);
+    std::fs::write(&path, broken).unwrap();
+    let error = load(&path).unwrap_err().to_string();
+    assert!(
+        error.contains("kept curve") && error.contains("-0.3 s"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_curve_of_an_older_session_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.impactscope.toml");
+    save(&path, &setup(), &View::default(), &[]).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    // As an earlier version wrote it, with a key of the view that is no longer used.
+    let preset = Preset::embedded("oscillator").unwrap().to_toml();
+    assert!(!preset.contains("'''"));
+    let older = text.replace("[view]\n", "[view]\nshow_events = false\n")
+        + &format!(
+            "\n[view.kept]\nduration = 0.3\nshift = 0.0015\npreset = '''\n{preset}'''\n\n[view.kept.drive]\nrecorded = 7\n"
+        );
+    assert!(older.contains("show_events"));
+    std::fs::write(&path, older).unwrap();
+    let loaded = load(&path).unwrap();
+    let expected = kept("kept 1", 0, DriveChoice::Recorded(7));
+    assert_eq!(loaded.setup.kept, [expected]);
+    assert_eq!(loaded.view, View::default());
+    // Written again, it is a session of this version.
+    save(&path, &loaded.setup, &loaded.view, &[]).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(
+        text.contains("[[kept]]") && !text.contains("view.kept"),
+        "{text}"
+    );
+    assert_eq!(load(&path).unwrap().setup.kept, loaded.setup.kept);
+}
+
+fn any_kept() -> impl Strategy<Value = KeptCurve> {
+    let values = (-1e-3..1e-3f64, 1e-6..10.0f64, 1e-22..1e-20f64, 0.1..0.9f64);
+    (
+        "\\PC{1,40}",
+        0..40usize,
+        any::<bool>(),
+        values,
+        1.0..90.0f64,
+    )
+        .prop_map(
+            |(name, color, visible, (shift, duration, cs, alpha), frequency)| {
+                let mut preset = Preset::default();
+                preset.model.parameters.set(ParameterId::Cs, cs);
+                preset.model.parameters.set(ParameterId::Alpha, alpha);
+                KeptCurve {
+                    name,
+                    color,
+                    visible,
+                    origin: Arc::new(RunOrigin {
+                        preset,
+                        drive: DriveChoice::Waveform(Waveform::Sine {
+                            frequency,
+                            amplitude: 8.0,
+                        }),
+                        shift,
+                        duration,
+                        live: None,
+                    }),
+                }
+            },
+        )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    #[test]
+    fn any_kept_curves_are_restored_to_the_last_bit(
+        curves in prop::collection::vec(any_kept(), 0..5)
+    ) {
+        // Names are distinct and not blank, as the window makes them.
+        let curves = of_session(curves).unwrap();
+        let setup = Setup { kept: curves, ..setup() };
+        let path = Path::new("a.impactscope.toml");
+        let written = text(path, &setup, &View::default(), &[]).unwrap();
+        let loaded = parse(path, &written).unwrap();
+        prop_assert_eq!(&loaded.setup.kept, &setup.kept);
+    }
 }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::built_in;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_text::{DriveEntry, OwnDriveEntry};
+use crate::app::setup::kept_curve::{KeptCurve, lasting, of_session};
 use crate::app::setup::overlay::{Estimates, Overlay, Role};
 use crate::app::setup::own_drive::OwnDrive;
 use crate::app::setup::view::View;
@@ -53,6 +54,9 @@ struct File {
     recordings: Option<usize>,
     #[serde(default)]
     recording: Vec<RecordingEntry>,
+    /// Curves kept to compare with.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    kept: Vec<KeptCurve>,
 }
 
 /// A recording that a session refers to.
@@ -117,6 +121,7 @@ pub fn to_text(
             .map(|overlay| entry(overlay, folder))
             .chain(missing.iter().cloned())
             .collect(),
+        kept: lasting(&setup.kept),
     };
     toml::to_string(&file).map_err(|error| error.to_string())
 }
@@ -197,6 +202,8 @@ pub fn from_text(text: &str) -> Result<Loaded, TextError> {
 
 fn loaded(mut file: File) -> Result<Loaded, String> {
     check(&file)?;
+    file.kept.extend(file.view.formerly_kept.take());
+    let kept = of_session(file.kept)?;
     renumber(&mut file.recording);
     let preset =
         Preset::parse("device in the session", &file.preset).map_err(|error| error.to_string())?;
@@ -237,6 +244,7 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
             duration: file.duration,
             locked: file.locked,
             overlays,
+            kept,
         },
         view: file.view,
         recordings,

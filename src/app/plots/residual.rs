@@ -43,10 +43,31 @@ pub fn describe(ui: &Ui, state: &State) -> Result<TimePlot, String> {
             plot.bands.push((noise, color.gamma_multiply(0.18)));
         }
     }
+    // Under the present residuals, which have to become flat.
+    let present = std::mem::replace(&mut plot.curves, kept(ui, state, &visible));
+    plot.curves.extend(present);
     if !plot.curves.is_empty() {
         return Ok(plot);
     }
     Err(reason.unwrap_or_else(|| why_empty(state, visible.is_empty())))
+}
+
+/// The residuals of the kept curves on the recordings shown, in the curves' colours.
+fn kept(ui: &Ui, state: &State, visible: &[&Overlay]) -> Vec<Curve> {
+    let mut curves = Vec::new();
+    for (kept, run) in state.kept_in_view() {
+        let color = style::kept_color(ui, kept.color);
+        for overlay in visible {
+            let compared = run.comparisons.iter().find(|c| c.id == overlay.id);
+            let Some(pyramid) = compared.and_then(|c| c.residual_pyramid.as_ref()) else {
+                continue;
+            };
+            let name = format!("{}: residual {}", kept.name, overlay.recording.name);
+            let curve = Curve::new(name, Arc::clone(pyramid), color);
+            curves.push(curve.owned(overlay.id).of_kept(&kept.name));
+        }
+    }
+    curves
 }
 
 /// The comparison of a recording with the run.

@@ -1,4 +1,4 @@
-//! Proof mass and cantilever against time, with recordings and the reference curve.
+//! Proof mass and cantilever against time, with recordings and kept curves.
 
 use std::sync::Arc;
 
@@ -7,12 +7,13 @@ use eframe::egui::{Id, Ui};
 use super::event_corners::EventCorners;
 use super::frame::cache::Source;
 use super::frame::curve::{Curve, Placed};
-use super::frame::style::{THICK_LINE, THIN_LINE};
+use super::frame::style::{KEPT_LINE, THICK_LINE, THIN_LINE};
 use super::frame::time_plot::{Level, TimePlot};
 use super::frame::{cache, style};
 use super::residual;
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::Picture;
+use crate::app::simulation::min_max_pyramid::Pyramid;
 use crate::app::state::State;
 use crate::recording::Channel;
 use crate::sim::Trace;
@@ -27,12 +28,7 @@ pub fn describe(ui: &Ui, state: &State) -> TimePlot {
     let palette = style::palette(ui);
     let mut plot = TimePlot::new(Picture::Trajectory, "displacement x", "m");
     plot.least = 1e-10;
-    if let Some(reference) = &state.reference {
-        let pyramid = Arc::clone(&reference.proof_mass_pyramid);
-        let curve = Curve::new("A: xp", pyramid, palette.reference).width(1.5);
-        let curve = curve.through(corners(ui, "reference", &reference.trace));
-        plot.curves.push(curve.dashed());
-    }
+    plot.curves.extend(kept(ui, state));
     plot.curves.extend(recorded(ui, state, Channel::Cantilever));
     if let Some(snapshot) = &state.snapshot {
         if !snapshot.cantilever_pyramid.is_empty() {
@@ -73,6 +69,34 @@ pub fn corners(
 ) -> Arc<EventCorners> {
     let id = Id::unique(("event corners", slot));
     cache::cached(ui, id, Source::of(trace), || EventCorners::of(trace))
+}
+
+/// The kept curves, in their colours, and their runs under the recordings' own drives.
+fn kept(ui: &Ui, state: &State) -> Vec<Curve> {
+    let mut curves = Vec::new();
+    for (kept, run) in state.kept_in_view() {
+        let color = style::kept_color(ui, kept.color);
+        let line = |name: String, pyramid: &Arc<Pyramid>, corners| {
+            let curve = Curve::new(name, Arc::clone(pyramid), color).width(KEPT_LINE);
+            curve.through(corners).of_kept(&kept.name)
+        };
+        let at_events = corners(ui, ("kept", &kept.name), &run.trace);
+        let name = format!("{}: xp", kept.name);
+        curves.push(line(name, &run.proof_mass_pyramid, at_events));
+        for overlay in state.setup.overlays.iter().filter(|o| o.visible) {
+            let compared = run.comparisons.iter().find(|c| c.id == overlay.id);
+            let own = compared.and_then(|compared| compared.own.as_ref());
+            let Some(own) = own.filter(|own| !coincides(&own.trace, &run.trace)) else {
+                continue;
+            };
+            let slot = ("kept own run", &kept.name, overlay.id);
+            let at_events = corners(ui, slot, &own.trace);
+            let name = format!("{}: xp simulated as {}", kept.name, overlay.recording.name);
+            let curve = line(name, &own.proof_mass_pyramid, at_events);
+            curves.push(curve.owned(overlay.id));
+        }
+    }
+    curves
 }
 
 /// The runs of the recordings that have a drive of their own, in their colours.

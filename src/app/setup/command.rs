@@ -43,8 +43,10 @@ pub enum Command {
     Step,
     /// Live: starts again at t = 0.
     Restart,
-    /// Makes the present curve the reference (A), or discards the reference.
-    ToggleReferenceCurve,
+    /// Keeps the present curve, to compare later ones with.
+    KeepCurve,
+    /// Shows or hides the table of the kept curves.
+    KeptCurves,
     /// Shows or hides a picture.
     TogglePicture(Picture),
     /// The whole time span.
@@ -124,7 +126,8 @@ impl Command {
             Command::TogglePause,
             Command::Step,
             Command::Restart,
-            Command::ToggleReferenceCurve,
+            Command::KeepCurve,
+            Command::KeptCurves,
             Command::ZoomAll,
             Command::DriveEditor,
             Command::LoadDrive,
@@ -202,9 +205,13 @@ impl Command {
             Command::TogglePause => ("Pause / run", "Live mode: pause or continue"),
             Command::Step => ("Step", "Live mode: advance one step while paused"),
             Command::Restart => ("Restart", "Live mode: start again at t = 0"),
-            Command::ToggleReferenceCurve => (
-                "Reference curve A",
-                "Keep the current curve as the reference A to compare with, or discard it",
+            Command::KeepCurve => (
+                "Keep the curve",
+                "Keep the current curve under a name, to compare later ones with",
+            ),
+            Command::KeptCurves => (
+                "Kept curves",
+                "Show or hide the kept curves with their misfits and features",
             ),
             Command::ZoomAll => ("Zoom to all", "Show the whole time span and all values"),
             Command::DriveEditor => ("Drive editor", "Edit waveform, frequency and amplitude"),
@@ -369,7 +376,7 @@ impl Command {
             Command::TogglePause => plain(Key::Space),
             Command::Step => plain(Key::Period),
             Command::Restart => plain(Key::R),
-            Command::ToggleReferenceCurve => plain(Key::G),
+            Command::KeepCurve => plain(Key::G),
             Command::ZoomAll => plain(Key::A),
             Command::DriveEditor => plain(Key::D),
             Command::Validation => plain(Key::T),

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::drive_choice::DriveChoice;
+use super::kept_curve::KeptCurve;
 use super::overlay::Overlay;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
@@ -24,6 +25,8 @@ pub struct Setup {
     pub locked: BTreeSet<String>,
     /// Recordings shown over the simulation.
     pub overlays: Vec<Overlay>,
+    /// Curves kept to compare with.
+    pub kept: Vec<KeptCurve>,
 }
 
 /// Changes the device. Recordings and locks stay, and so does the drive if both devices
@@ -38,4 +41,19 @@ pub fn choose_preset(setup: &mut Setup, preset: &Preset) {
     }
     setup.preset = preset.clone();
     setup.original = Arc::new(preset.clone());
+}
+
+/// Gives the device the values and effects of a kept curve, locked ones too. The drive stays,
+/// unless the present device or that of the curve has none.
+pub fn restore_parameters(setup: &mut Setup, curve: &KeptCurve) {
+    let origin = &curve.origin;
+    let (now, kept) = (&setup.preset.model, &origin.preset.model);
+    if now.piezo.is_some() != kept.piezo.is_some() {
+        setup.drive = origin.drive.clone();
+        setup.duration = origin.duration;
+    }
+    if setup.original.model.name != kept.name {
+        setup.original = Arc::new(origin.preset.clone());
+    }
+    setup.preset = origin.preset.clone();
 }

@@ -99,6 +99,12 @@ impl History {
         *setup = self.settled.clone();
     }
 
+    /// Whether undo or redo can bring back a setup of this kind.
+    pub fn holds(&self, is_it: impl Fn(&Setup) -> bool) -> bool {
+        let steps = self.past.iter().chain(&self.future);
+        steps.chain([&self.settled, &self.seen]).any(is_it)
+    }
+
     /// Whether there is a step to take back.
     pub fn can_undo(&self) -> bool {
         !self.past.is_empty() || self.seen != self.settled

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use super::drive_choice::Mode;
-use super::reference_curve::ReferenceCurve;
+use super::kept_curve::KeptCurve;
 
 /// The pictures that can be shown; each has a file in `plots/`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -75,9 +75,10 @@ pub struct View {
     pub value_ranges: BTreeMap<String, (f64, f64)>,
     /// Name of the workspace.
     pub workspace: String,
-    /// The reference curve (A), if a session can compute it again.
-    #[serde(rename = "kept")]
-    pub reference_curve: Option<ReferenceCurve>,
+    /// The only curve that sessions of earlier versions keep. When one is read, the curve goes to
+    /// the setup.
+    #[serde(rename = "kept", skip_serializing)]
+    pub formerly_kept: Option<KeptCurve>,
 }
 
 impl Default for View {
@@ -98,7 +99,7 @@ impl Default for View {
             time_range: None,
             value_ranges: BTreeMap::new(),
             workspace: "tune".to_owned(),
-            reference_curve: None,
+            formerly_kept: None,
         }
     }
 }

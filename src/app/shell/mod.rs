@@ -4,6 +4,7 @@ pub(super) mod autosave;
 pub(super) mod bars;
 pub(super) mod diagnosis;
 mod job_list;
+mod kept_curves;
 pub(super) mod layout_dump;
 pub mod options;
 pub mod screenshot;

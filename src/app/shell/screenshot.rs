@@ -77,6 +77,9 @@ fn is_busy(services: &Services, is_broken: bool) -> bool {
     if services.files.pending() > 0 {
         return true;
     }
+    if !state.kept_runs.are_complete(&state.setup.kept) {
+        return true;
+    }
     if state.refusal.is_some() || is_broken {
         return false;
     }

@@ -7,12 +7,13 @@ use std::time::Duration;
 use eframe::egui::{CentralPanel, Context, Frame, Ui};
 
 use super::autosave::{self, Autosave, Slot, Start};
+use super::kept_curves::KeptCurves;
 use super::layout_dump::Layout;
 use super::options::WindowOptions;
 use super::screenshot::{PictureOutcome, Screenshot};
 use super::simulator::{self, Simulator};
 use super::{bars, diagnosis, toasts};
-use crate::app::actions::{intake, reference_curve, run};
+use crate::app::actions::{intake, run};
 use crate::app::files::built_in;
 use crate::app::files::open::Files;
 use crate::app::files::recent::absolute;
@@ -33,6 +34,7 @@ const UNDO_RECHECK: Duration = Duration::from_millis(350);
 pub struct Shell {
     pub(crate) services: Services,
     simulator: Simulator,
+    kept_curves: KeptCurves,
     autosave: Autosave,
     layout: Layout,
     /// The theme whose colours are set.
@@ -56,11 +58,12 @@ impl Shell {
             move || context.request_repaint()
         };
         let simulator = Simulator::start(repaint.clone())?;
-        let files = Files::new(repaint);
+        let files = Files::new(repaint.clone());
         let (services, slot) = first_services(&options, preset, files);
         theme::apply(context, services.state.view.dark);
         Ok(Self {
             simulator,
+            kept_curves: KeptCurves::new(repaint),
             autosave: Autosave::new(&services.state, slot),
             layout: Layout::new(),
             applied_dark: Some(services.state.view.dark),
@@ -78,9 +81,8 @@ impl Shell {
         let idle = services.files.pending() == 0;
         // No file was being read before, and none has arrived since that could have started
         // another: all recordings are there.
-        if !intake::receive(services) && idle {
-            reference_curve::restore(services);
-        }
+        let all_read = !intake::receive(services) && idle;
+        self.kept_curves.update(services, all_read);
         diagnosis::update(services);
         // Results are taken whichever workspace and panel is open.
         let state = &mut services.state;

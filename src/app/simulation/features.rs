@@ -9,10 +9,12 @@ use std::time::{Duration, Instant};
 use super::request::SimulationRequest;
 use super::snapshot::Snapshot;
 use crate::app::setup::overlay::{Overlay, OverlayId};
-use crate::model::drive::DriveReading;
+use crate::model::Model;
+use crate::model::drive::{DriveReading, Waveform};
 use crate::model::parameter::ParameterId;
 use crate::recording::features::{FeatureOptions, Features, features, recording_features};
 use crate::recording::{Recording, TimeAxis};
+use crate::sim::Trace;
 
 /// Features of recordings and of the last run.
 pub struct FeatureCache {
@@ -118,11 +120,15 @@ impl FeatureCache {
 
 /// Features of a simulated run, with the noise of its sensor.
 fn simulated_features(snapshot: &Snapshot, request: &SimulationRequest) -> Features {
-    let trace = &snapshot.trace;
+    features_of_run(&snapshot.trace, &request.model, &request.drive)
+}
+
+/// Features of a run of `model` under `drive`, with the noise of its sensor.
+pub(super) fn features_of_run(trace: &Trace, model: &Model, drive: &Waveform) -> Features {
     let options = FeatureOptions {
         contact_level: trace.ground_level,
-        period: request.drive.period(),
-        noise: Some(request.model.parameters[ParameterId::Noise]),
+        period: drive.period(),
+        noise: Some(model.parameters[ParameterId::Noise]),
         ..FeatureOptions::default()
     };
     features(

@@ -2,11 +2,11 @@
 
 pub mod experiments;
 mod features;
+pub mod kept;
 pub(super) mod live;
 pub mod min_max_pyramid;
 pub mod misfit_history;
 pub mod recorded_drive;
-pub mod reference_run;
 pub mod request;
 pub mod snapshot;
 pub mod stretch_misfits;

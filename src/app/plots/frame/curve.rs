@@ -43,6 +43,11 @@ impl Placed {
     }
 }
 
+/// The key of all lines of a kept curve in `View::switched_curves`.
+pub fn kept_key(name: &str) -> String {
+    format!("kept: {name}")
+}
+
 /// One curve of a picture against time; SI.
 #[derive(Debug, Clone)]
 pub struct Curve {
@@ -66,6 +71,8 @@ pub struct Curve {
     pub hidden: bool,
     /// The recording it belongs to.
     pub owner: Option<OverlayId>,
+    /// The kept curve it belongs to. All lines of one are shown and hidden together.
+    pub kept: Option<String>,
 }
 
 impl Curve {
@@ -82,6 +89,7 @@ impl Curve {
             dots: false,
             hidden: false,
             owner: None,
+            kept: None,
         }
     }
 
@@ -119,6 +127,12 @@ impl Curve {
     pub fn owned(mut self, owner: OverlayId) -> Self {
         self.owner = Some(owner);
         self
+    }
+
+    /// A line of the kept curve of this name, dashed.
+    pub fn of_kept(mut self, name: &str) -> Self {
+        self.kept = Some(name.to_owned());
+        self.dashed()
     }
 
     /// With a shift and scale.

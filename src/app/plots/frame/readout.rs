@@ -76,13 +76,21 @@ impl Readout {
         };
         add(None, "t", time, "s", None);
         let grouped = is_grouped(state);
+        let mut kept = Vec::new();
         for plot in plots {
             for curve in &plot.curves {
-                if grouped && curve.owner.is_some() {
+                if grouped && curve.owner.is_some() && curve.kept.is_none() {
                     continue;
                 }
-                let value = time.and_then(|t| curve.value_at(t));
                 let key = plot.key(curve);
+                if curve.kept.is_some() {
+                    // One entry for all lines of a kept curve.
+                    if kept.contains(&key) {
+                        continue;
+                    }
+                    kept.push(key.clone());
+                }
+                let value = time.and_then(|t| curve.value_at(t));
                 let switch = Switch {
                     name: key.clone(),
                     keys: vec![key],
@@ -229,8 +237,11 @@ fn differences(
     }
     let mut all = vec![(style::palette(ui).cursor[1], time)];
     for plot in plots {
-        let is_listed =
-            |curve: &&Curve| !grouped || curve.owner.is_none() || curve.owner == state.selected;
+        let is_listed = |curve: &&Curve| match curve.kept {
+            // Those of its residuals would fill the picture.
+            Some(_) => curve.owner.is_none(),
+            None => !grouped || curve.owner.is_none() || curve.owner == state.selected,
+        };
         for curve in plot.drawn().filter(is_listed) {
             let ends = curve.value_at(second).zip(curve.value_at(first));
             let difference = ends.map_or_else(
@@ -261,7 +272,8 @@ fn of_recordings(ui: &Ui, state: &State, plots: &[TimePlot], time: Option<f64>) 
         let (mut keys, mut details) = (Vec::new(), vec![overlay.recording.name.clone()]);
         let mut value = String::new();
         let curves = plots.iter().flat_map(|plot| {
-            let own = plot.curves.iter().filter(|c| c.owner == Some(overlay.id));
+            let own =
+                (plot.curves.iter()).filter(|c| c.owner == Some(overlay.id) && c.kept.is_none());
             own.map(move |curve| (plot, curve))
         });
         let all: Vec<_> = curves.collect();

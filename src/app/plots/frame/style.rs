@@ -4,10 +4,14 @@
 
 use eframe::egui::{Color32, Ui};
 
+use crate::app::setup::kept_curve::MAX_KEPT_CURVES;
+
 /// Width of the main curve \[points\].
 pub const THICK_LINE: f32 = 2.2;
 /// Width of all other curves \[points\].
 pub const THIN_LINE: f32 = 1.2;
+/// Width of kept curves \[points\].
+pub const KEPT_LINE: f32 = 1.5;
 /// Width for ticks and label of a vertical axis \[points\]. It is the same for all pictures,
 /// so that equal times are aligned.
 pub const AXIS_WIDTH: f32 = 62.0;
@@ -23,8 +27,6 @@ pub struct Palette {
     pub cantilever: Color32,
     /// Drive voltage.
     pub voltage: Color32,
-    /// The reference curve (A).
-    pub reference: Color32,
     /// The ground and its text.
     pub ground: Color32,
     /// Time in contact, drawn under the curves.
@@ -55,7 +57,6 @@ const DARK: Palette = Palette {
     proof_mass: rgb(0x56b4e9),
     cantilever: rgb(0x8ea9d8),
     voltage: rgb(0x7fb2ff),
-    reference: rgb(0x9a8fb8),
     ground: rgb(0xb0aca4),
     contact: Color32::from_rgba_premultiplied(28, 25, 16, 44),
     impact: rgb(0xff8a5c),
@@ -79,7 +80,6 @@ const LIGHT: Palette = Palette {
     proof_mass: rgb(0x0072b2),
     cantilever: rgb(0x6078b0),
     voltage: rgb(0x2a5bc0),
-    reference: rgb(0x8a7ab0),
     ground: rgb(0x6a655c),
     contact: Color32::from_rgba_premultiplied(44, 37, 18, 48),
     impact: rgb(0xb84500),
@@ -147,4 +147,99 @@ pub fn overlay_colors(dark: bool) -> [Color32; 12] {
 pub fn overlay_color(ui: &Ui, index: usize) -> Color32 {
     let colors = overlay_colors(ui.visuals().dark_mode);
     colors[index % colors.len()]
+}
+
+/// Colours of kept curves in the dark or the light theme, far from each other and from the
+/// simulation in CIELAB. They are also those of the curves' names.
+pub fn kept_colors(dark: bool) -> [Color32; MAX_KEPT_CURVES] {
+    const DARK: [Color32; MAX_KEPT_CURVES] = [
+        rgb(0xa99cd0),
+        rgb(0x30f888),
+        rgb(0xf8e030),
+        rgb(0xf848a8),
+        rgb(0x00a0a0),
+        rgb(0xf89078),
+        rgb(0xa0f0d0),
+        rgb(0x989838),
+        rgb(0xf098f8),
+        rgb(0x4890f8),
+        rgb(0xf08008),
+        rgb(0x60b000),
+    ];
+    const LIGHT: [Color32; MAX_KEPT_CURVES] = [
+        rgb(0x6b58a0),
+        rgb(0xb8007a),
+        rgb(0x007078),
+        rgb(0x8c4f28),
+        rgb(0x103810),
+        rgb(0x680018),
+        rgb(0x0054d6),
+        rgb(0x625a08),
+        rgb(0xc8081e),
+        rgb(0x400080),
+        rgb(0x85505f),
+        rgb(0x580048),
+    ];
+    if dark { DARK } else { LIGHT }
+}
+
+/// Colour of a kept curve by its index in the palette.
+pub fn kept_color(ui: &Ui, index: usize) -> Color32 {
+    let colors = kept_colors(ui.visuals().dark_mode);
+    colors[index % colors.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::style::*;
+
+    /// Least distance of two colours that are easily distinguished in CIELAB (CIE 1976).
+    const LEAST_COLOR_DISTANCE: f64 = 25.0;
+
+    /// CIELAB of an sRGB colour under D65.
+    fn lab(color: Color32) -> [f64; 3] {
+        let linear = |byte: u8| {
+            let value = f64::from(byte) / 255.0;
+            if value <= 0.04045 {
+                value / 12.92
+            } else {
+                ((value + 0.055) / 1.055).powf(2.4)
+            }
+        };
+        let [r, g, b] = [color.r(), color.g(), color.b()].map(linear);
+        let root = |t: f64| {
+            if t > 216.0 / 24389.0 {
+                t.cbrt()
+            } else {
+                (24389.0 / 27.0 * t + 16.0) / 116.0
+            }
+        };
+        let x = root((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.95047);
+        let y = root(0.2126 * r + 0.7152 * g + 0.0722 * b);
+        let z = root((0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.08883);
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    fn distance(a: Color32, b: Color32) -> f64 {
+        let pairs = lab(a).into_iter().zip(lab(b));
+        pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    }
+
+    #[test]
+    fn kept_curves_differ_from_each_other_and_from_the_simulation() {
+        assert!((distance(Color32::BLACK, Color32::WHITE) - 100.0).abs() < 0.1);
+        for dark in [true, false] {
+            let mut colors = vec![palette_of(dark).proof_mass];
+            colors.extend(kept_colors(dark));
+            for (i, &a) in colors.iter().enumerate() {
+                for &b in &colors[..i] {
+                    let found = distance(a, b);
+                    assert!(
+                        found >= LEAST_COLOR_DISTANCE,
+                        "dark {dark}: {a:?} and {b:?} are {found:.1} apart"
+                    );
+                }
+            }
+        }
+    }
 }

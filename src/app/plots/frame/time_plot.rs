@@ -8,7 +8,7 @@ use eframe::egui::{
 use egui_plot::{Plot, PlotPoint, PlotTransform};
 
 use super::axes::Unit;
-use super::curve::Curve;
+use super::curve::{Curve, kept_key};
 use super::layer::{Layer, Mark, label, mark};
 use super::style::Palette;
 use super::{axes, style};
@@ -105,7 +105,10 @@ impl TimePlot {
 
     /// The key of a curve in `View::switched_curves`.
     pub fn key(&self, curve: &Curve) -> String {
-        format!("{}: {}", self.picture.name(), curve.name)
+        match &curve.kept {
+            Some(name) => kept_key(name),
+            None => format!("{}: {}", self.picture.name(), curve.name),
+        }
     }
 
     /// Range of the values in view: as chosen, else all of them with a margin.

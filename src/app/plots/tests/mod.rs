@@ -16,9 +16,11 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use super::frame::time_window;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::DriveChoice;
+use crate::app::setup::kept_curve::{KeptCurve, RunOrigin};
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::{Picture, View};
 use crate::app::simulation::experiments::compare_all;
+use crate::app::simulation::kept::KeptRun;
 use crate::app::simulation::snapshot::{LiveState, Snapshot};
 use crate::app::state::State;
 use crate::model::drive::Waveform;
@@ -98,6 +100,28 @@ fn with(mut state: State, trace: Trace) -> State {
     let snapshot = Snapshot::new(1, &model, trace, compared, Duration::ZERO);
     state.snapshot = Some(Arc::new(snapshot));
     state
+}
+
+/// Keeps the present curve.
+fn keep(state: &mut State, name: &str) {
+    let origin = Arc::new(RunOrigin {
+        preset: state.setup.preset.clone(),
+        drive: state.setup.drive.clone(),
+        shift: state.setup.kept.len() as f64,
+        duration: state.setup.duration,
+        live: None,
+    });
+    state.setup.kept.push(KeptCurve {
+        name: name.to_owned(),
+        color: state.setup.kept.len(),
+        visible: true,
+        origin: Arc::clone(&origin),
+    });
+    state.kept_runs.put(KeptRun {
+        origin,
+        run: Ok(state.snapshot.clone().unwrap()),
+        is_complete: true,
+    });
 }
 
 fn recorded(mut state: State) -> State {
@@ -184,7 +208,7 @@ fn short_and_invalid_traces_are_drawn() {
     missing.voltage[7] = f64::INFINITY;
     missing.forces = None;
     let mut state = with(empty(), missing);
-    state.reference = state.snapshot.clone();
+    keep(&mut state, "kept 1");
     state.cursors.first = Some(0.01);
     state.cursors.second = Some(f64::NAN);
     drop(harness(state));

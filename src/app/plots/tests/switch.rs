@@ -168,3 +168,55 @@ fn a_device_without_forces_gives_the_reason() {
         "{message}"
     );
 }
+
+#[test]
+fn kept_curves_are_drawn_with_their_residuals_and_shown_and_hidden_as_one() {
+    let mut state = with(recorded(empty()), trace(20_000));
+    keep(&mut state, "soft film");
+    keep(&mut state, "stiff film");
+    state.setup.kept[1].visible = false;
+    let mut harness = harness(state);
+    // The names of the curves that are drawn.
+    let drawn = |harness: &Harness<'_, State>| -> Vec<String> {
+        let state = harness.state().clone();
+        let mut found = Vec::new();
+        let context = eframe::egui::Context::default();
+        let mut output = context.run_ui(Default::default(), |ui| {
+            let (plots, _) = crate::app::plots::describe(ui, &state);
+            let names = (plots.iter()).flat_map(|plot| plot.drawn().map(|c| c.name.clone()));
+            found = names.collect::<Vec<_>>();
+            let size = [300.0, 200.0];
+            let plane = crate::app::plots::plane(ui, &state, Picture::PhasePortrait, size);
+            found.extend(plane.lines.iter().map(|line| format!("vp {}", line.name)));
+        });
+        output.textures_delta.clear();
+        found
+    };
+    let lines = [
+        "soft film: xp",
+        "soft film: xp simulated as tap.csv",
+        "soft film: residual tap.csv",
+        "vp soft film: xp",
+    ];
+    let shown = drawn(&harness);
+    for line in lines {
+        assert!(shown.iter().any(|name| name == line), "{line}: {shown:?}");
+    }
+    assert!(
+        !shown.iter().any(|name| name.contains("stiff")),
+        "{shown:?}"
+    );
+    let entries = harness.query_all_by_label_contains("Show kept: soft film");
+    assert_eq!(entries.count(), 1, "one entry for all its lines");
+    harness.get_by_label("Show kept: soft film").click();
+    harness.run_steps(2);
+    let hidden = drawn(&harness);
+    assert!(
+        !hidden.iter().any(|name| name.contains("soft")),
+        "{hidden:?}"
+    );
+    assert!(hidden.iter().any(|name| name == "xp"));
+    harness.state_mut().setup.kept[1].visible = true;
+    harness.run_steps(2);
+    assert!(drawn(&harness).iter().any(|name| name == "stiff film: xp"));
+}

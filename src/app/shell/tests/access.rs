@@ -123,6 +123,7 @@ fn every_control_of_the_panels_is_reached() {
         Command::Identification,
         Command::Validation,
         Command::DriveEditor,
+        Command::KeptCurves,
     ] {
         let mut window = WithRecording::open();
         let harness = &mut window.harness;
@@ -131,6 +132,10 @@ fn every_control_of_the_panels_is_reached() {
             let (times, volts) = (vec![0.0, 0.1, 0.2], vec![0.0, 8.0, 8.0]);
             let table = VoltageTable::new("edited", times, volts).unwrap();
             setup.drive = DriveChoice::Waveform(Waveform::Table(Arc::new(table)));
+        }
+        if panel == Command::KeptCurves {
+            harness.state_mut().services.state.ask(Command::KeepCurve);
+            harness.run_steps(2);
         }
         harness.state_mut().services.state.ask(panel);
         harness.run_steps(4);

@@ -6,9 +6,9 @@ pub(super) mod access;
 #[cfg(test)]
 pub(super) mod diagnosis;
 #[cfg(test)]
-pub(super) mod reachable;
+pub(super) mod kept_curves;
 #[cfg(test)]
-pub(super) mod reference_curve;
+pub(super) mod reachable;
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -1,8 +1,10 @@
 //! The Tune workspace: sliders on the left, plots in the middle, recordings, readouts and tools
 //! on the right, time controls at the top.
 
+pub(crate) mod differences;
 pub mod drive;
 mod fit;
+mod kept_curves;
 mod misfit_line;
 mod parameters;
 mod readouts;

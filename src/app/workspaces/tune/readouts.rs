@@ -1,8 +1,10 @@
 //! Readouts: error of the simulation on each recording, features side by side, and the
-//! differences from the reference curve A and from the preset.
+//! kept curves and the differences from the preset.
 
-use eframe::egui::{CollapsingHeader, Grid, Label, RichText, ScrollArea, Ui};
+use eframe::egui::{CollapsingHeader, Label, RichText, Ui};
 
+use super::differences::{differences, table};
+use super::kept_curves;
 use super::table_a1::features;
 use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
@@ -10,10 +12,7 @@ use crate::app::setup::drive_choice::Mode;
 use crate::app::setup::overlay::OverlayId;
 use crate::app::simulation::snapshot::{OverlayComparison, Snapshot};
 use crate::app::state::State;
-use crate::app::widgets::default_value;
 use crate::app::widgets::text::{name_of, small};
-use crate::model::Model;
-use crate::model::parameter::ParameterSpec;
 use crate::model::unit::{counted, format_number, format_quantity};
 use crate::sim::{EventKind, StartState};
 
@@ -35,7 +34,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             section(ui, "Events", |ui| events(ui, &snapshot));
         }
     }
-    section(ui, "Reference curve A", |ui| reference_curve(ui, state));
+    section(ui, "Kept curves", |ui| kept_curves::list(ui, state));
     section(ui, "Changed from the preset", |ui| {
         changes(ui, &state.setup)
     });
@@ -75,10 +74,12 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
         });
         return;
     }
-    let rms_of_reference = |id: OverlayId| {
-        let reference = state.reference.as_ref()?;
-        let found = reference.comparisons.iter().find(|c| c.id == id)?;
-        found.comparison.as_ref().ok().map(|c| c.rms)
+    // The curve kept last is the one that a person has just changed something against.
+    let kept_before = |id: OverlayId| {
+        let (curve, run) = state.kept_in_view().last()?;
+        let found = run.comparisons.iter().find(|c| c.id == id)?;
+        let rms = found.comparison.as_ref().ok()?.rms;
+        Some((curve.name.clone(), rms))
     };
     for entry in &snapshot.comparisons {
         name_label(ui, state, entry.id);
@@ -107,14 +108,14 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
                         .on_hover_text("The recording is cut into stretches at impacts and every few periods; each is started where the readings are. This is the number of Diagnose's proof. It does not add up how an impact that comes a little late spoils the rest of a whole run.");
                 }
                 instrument(ui, state, entry);
-                if let Some(rms_of_a) = rms_of_reference(entry.id) {
-                    let change = 100.0 * (comparison.rms - rms_of_a) / rms_of_a;
+                if let Some((name, kept_rms)) = kept_before(entry.id) {
+                    let change = 100.0 * (comparison.rms - kept_rms) / kept_rms;
                     let color = if change > 0.0 {
                         ui.visuals().warn_fg_color
                     } else {
                         ui.visuals().weak_text_color()
                     };
-                    let text = compared_with_a(change, rms_of_a);
+                    let text = compared_with_kept(change, &name, kept_rms);
                     ui.label(small(text).color(color));
                 }
             }
@@ -125,11 +126,11 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
     }
 }
 
-/// A change of the rms by `percent` from the `rms` of the reference curve A \[m\], in words.
-fn compared_with_a(percent: f64, rms: f64) -> String {
+/// A change of the rms by `percent` from the `rms` of a kept curve \[m\], in words.
+fn compared_with_kept(percent: f64, name: &str, rms: f64) -> String {
     let word = if percent > 0.0 { "worse" } else { "better" };
     let rms = format_quantity(rms, "m", 3);
-    format!("{:.1} % {word} than A ({rms})", percent.abs())
+    format!("{:.1} % {word} than {name} ({rms})", percent.abs())
 }
 
 /// Under which drive a recording was simulated, and what was estimated of its instrument.
@@ -190,36 +191,6 @@ fn events(ui: &mut Ui, snapshot: &Snapshot) {
         .on_hover_text("Events of the simulated run");
 }
 
-fn reference_curve(ui: &mut Ui, state: &mut State) {
-    let reference = state.reference.clone();
-    let name = if reference.is_some() || state.view.reference_curve.is_some() {
-        "Discard curve A"
-    } else {
-        "Keep as curve A"
-    };
-    let button = ui.add_enabled(state.snapshot.is_some(), eframe::egui::Button::new(name));
-    if button
-        .on_hover_text(
-            Command::ToggleReferenceCurve.with_keys("Keep the current curve to compare with"),
-        )
-        .clicked()
-    {
-        state.ask(Command::ToggleReferenceCurve);
-    }
-    let Some(reference) = reference else {
-        return;
-    };
-    if reference.live.is_some() {
-        ui.label(small("From a live run: it is lost when the window is closed.").weak());
-    }
-    let rows = differences(&reference.model, &state.setup.preset.model);
-    if rows.is_empty() {
-        ui.weak("Same parameters as now.");
-    } else {
-        table(ui, "reference differences", ["", "A", "now"], &rows);
-    }
-}
-
 fn changes(ui: &mut Ui, setup: &Setup) {
     let rows = differences(&setup.original.model, &setup.preset.model);
     if rows.is_empty() {
@@ -227,64 +198,4 @@ fn changes(ui: &mut Ui, setup: &Setup) {
     } else {
         table(ui, "preset differences", ["", "preset", "now"], &rows);
     }
-}
-
-/// Symbol, value before and value after.
-type Difference = [String; 3];
-
-/// The parameters in which two devices differ, those of effects included: symbol and both
-/// values as text.
-pub fn differences(before: &Model, after: &Model) -> Vec<Difference> {
-    let mut rows = Vec::new();
-    let write = |spec: &ParameterSpec, value: f64| format_quantity(value, spec.unit, 4);
-    for (id, value) in after.parameters.iter() {
-        let (spec, old) = (id.spec(), before.parameters[id]);
-        if after.uses(id) && default_value::differs(value, old) {
-            rows.push([spec.symbol.to_owned(), write(spec, old), write(spec, value)]);
-        }
-    }
-    let find = |model: &Model, id: &str| {
-        model
-            .effects
-            .iter()
-            .find(|e| e.spec.id == id)
-            .map(|e| e.values.clone())
-    };
-    for effect in crate::model::effects::CATALOGUE {
-        let (old, new) = (find(before, effect.id), find(after, effect.id));
-        if old.is_none() && new.is_none() {
-            continue;
-        }
-        for (i, spec) in effect.parameters.iter().enumerate() {
-            let at = |values: &Option<Vec<f64>>| values.as_ref().map(|v| v[i]);
-            if at(&old) == at(&new) {
-                continue;
-            }
-            let text = |value: Option<f64>| value.map_or("off".to_owned(), |v| write(spec, v));
-            let name = format!("{} {}", effect.name, spec.symbol);
-            rows.push([name, text(at(&old)), text(at(&new))]);
-        }
-    }
-    rows
-}
-
-fn table(ui: &mut Ui, id: &str, titles: [&str; 3], rows: &[Difference]) {
-    ScrollArea::horizontal().id_salt(id).show(ui, |ui| {
-        Grid::new(id)
-            .num_columns(3)
-            .striped(true)
-            .spacing([10.0, 3.0])
-            .show(ui, |ui| {
-                for title in titles {
-                    ui.label(small(title).strong());
-                }
-                ui.end_row();
-                for [name, old, new] in rows {
-                    ui.label(name);
-                    ui.label(small(old));
-                    ui.label(small(new));
-                    ui.end_row();
-                }
-            });
-    });
 }

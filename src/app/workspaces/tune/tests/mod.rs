@@ -1,5 +1,6 @@
 //! Tests of the workspace through its accessibility tree, without a GPU.
 
+mod kept;
 mod layout;
 mod panels;
 mod sliders;

@@ -187,7 +187,7 @@ fn readouts_show_their_numbers() {
     for part in [
         "rms 1.25 µm",
         "NRMSE 1.4 %",
-        "51.9 % better than A (2.6 µm)",
+        "51.9 % better than kept 1 (2.6 µm)",
         "212 (+41)",
         "31.4",
         "1 impact, 1 stick, 1 release",

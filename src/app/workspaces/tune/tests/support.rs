@@ -5,8 +5,10 @@ use std::time::Duration;
 
 use crate::app::files::built_in;
 use crate::app::setup::drive_choice::Mode;
+use crate::app::setup::kept_curve::{KeptCurve, RunOrigin};
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::View;
+use crate::app::simulation::kept::KeptRun;
 use crate::app::simulation::min_max_pyramid::Pyramid;
 use crate::app::simulation::snapshot::{LiveState, OverlayComparison, Snapshot};
 use crate::app::state::State;
@@ -102,7 +104,30 @@ pub fn snapshot(state: &State, rms: f64) -> Arc<Snapshot> {
     })
 }
 
-/// A state with two recordings, a result, a reference curve and some changed parameters.
+/// Keeps the present device as a curve with an error of `rms` \[m\] on each recording.
+pub fn keep(state: &mut State, name: &str, rms: f64) {
+    let origin = Arc::new(RunOrigin {
+        preset: state.setup.preset.clone(),
+        drive: state.setup.drive.clone(),
+        shift: 0.0,
+        duration: state.setup.duration,
+        live: None,
+    });
+    let run = snapshot(state, rms);
+    state.setup.kept.push(KeptCurve {
+        name: name.to_owned(),
+        color: state.setup.kept.len(),
+        visible: true,
+        origin: Arc::clone(&origin),
+    });
+    state.kept_runs.put(KeptRun {
+        origin,
+        run: Ok(run),
+        is_complete: true,
+    });
+}
+
+/// A state with two recordings, a result, a kept curve and some changed parameters.
 pub fn full() -> State {
     let mut state = state();
     state.setup.overlays = vec![
@@ -116,7 +141,7 @@ pub fn full() -> State {
             false,
         ),
     ];
-    state.reference = Some(snapshot(&state, 2.6e-6));
+    keep(&mut state, "kept 1", 2.6e-6);
     state
         .setup
         .preset
