@@ -26,8 +26,10 @@ const NARROW_MOMENT_STEP: f64 = 0.125;
 /// Number of such intervals. They suffice for sweeps up to 7.5 times the reference; the moments of
 /// larger half widths are summed.
 const MOMENT_CELLS: usize = 600;
-/// Number of parts in which larger half widths are summed.
-const TAIL_PARTS: usize = 64;
+/// Largest number of parts in which larger half widths are summed.
+const MAX_TAIL_PARTS: f64 = 64.0;
+/// Half widths above this over `q` have no weight: it is no number above zero.
+const WIDEST_COUNTED: f64 = 39.0;
 /// Nodes and weights of the Gauss-Legendre rule with 4 points on -1 to 1.
 static NODES: [(f64, f64); 4] = [
     (-0.8611363115940526, 0.34785484513745374),
@@ -124,8 +126,15 @@ impl Relays {
         let place = h / self.step;
         if place > MOMENT_CELLS as f64 {
             let mut sum = self.moments[MOMENT_CELLS];
-            let (last, part) = (self.step * MOMENT_CELLS as f64, 1.0 / TAIL_PARTS as f64);
-            for i in 0..TAIL_PARTS {
+            let last = self.step * MOMENT_CELLS as f64;
+            if self.narrow * last > WIDEST_COUNTED {
+                return sum;
+            }
+            // The rule is exact for a weight that is a polynomial, however wide a part is.
+            let fine = self.narrow * (h - last) / NARROW_MOMENT_STEP;
+            let parts = fine.ceil().clamp(1.0, MAX_TAIL_PARTS);
+            let part = 1.0 / parts;
+            for i in 0..parts as usize {
                 let from = last + (h - last) * part * i as f64;
                 self.add(&mut sum, from, (h - last) * part);
             }

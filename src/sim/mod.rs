@@ -84,6 +84,7 @@ pub fn simulate_while(
             ),
         });
     }
+    runner.check_span(duration)?;
     let samples = intervals as usize + 1;
     let mut trace = runner.new_trace();
     trace.reserve(samples);
