@@ -351,7 +351,7 @@ impl Recording {
     }
 
     /// The drive that acted, from the recorded voltage; `None` if there are not two values of it.
-    /// What is recognised is computed once.
+    /// What is recognised is kept.
     #[must_use]
     pub fn drive(&self, reading: DriveReading) -> Option<DriveResult> {
         let make = || {
@@ -359,7 +359,16 @@ impl Recording {
             Some(measured_drive(&self.name, &time, &volts, reading).map(Arc::new))
         };
         match reading {
-            DriveReading::Recognised => self.derived.drive.get_or_init(make).clone(),
+            DriveReading::Recognised => {
+                let slot = &self.derived.drive;
+                if let Some(drive) = slot.get() {
+                    return drive.clone();
+                }
+                // Made outside of the slot: it is made by several threads, and one that waits for
+                // the others may take up work that asks for this drive, too.
+                let drive = make();
+                slot.get_or_init(|| drive).clone()
+            }
             _ => make(),
         }
     }
