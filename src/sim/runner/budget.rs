@@ -85,8 +85,7 @@ impl Runner {
         let many_pieces = self.pace.pieces as f64 * STEPS_PER_PIECE > self.steps as f64;
         let usual = self.flight_tables.length(0);
         let mean = self.t / self.steps.max(1) as f64;
-        let piece = self.whole.end - self.whole.start.max(0.0);
-        if piece < 2.0 * usual || many_pieces {
+        if many_pieces {
             Burden::Drive
         } else if mean > 0.3 * usual {
             Burden::Span
