@@ -49,7 +49,14 @@ fn request(overlays: &[Overlay], cs: f64) -> Result<SimulationRequest, Box<dyn s
 /// Experiments under drives of their own: the drive as text, for the other integrator, and the
 /// span [s].
 const EXPERIMENTS: [(&str, Drive, f64); 5] = [
-    ("square:15Hz:8V", Drive::Square { hz: 15.0, volt: 8.0 }, 0.4),
+    (
+        "square:15Hz:8V",
+        Drive::Square {
+            hz: 15.0,
+            volt: 8.0,
+        },
+        0.4,
+    ),
     (
         "ramped:5Hz:8V:0.25",
         Drive::Ramped {
@@ -59,9 +66,30 @@ const EXPERIMENTS: [(&str, Drive, f64); 5] = [
         },
         0.4,
     ),
-    ("sine:50Hz:8V", Drive::Sine { hz: 50.0, volt: 8.0 }, 0.2),
-    ("square:50Hz:7V", Drive::Square { hz: 50.0, volt: 7.0 }, 0.3),
-    ("square:300Hz:6V", Drive::Square { hz: 300.0, volt: 6.0 }, 0.1),
+    (
+        "sine:50Hz:8V",
+        Drive::Sine {
+            hz: 50.0,
+            volt: 8.0,
+        },
+        0.2,
+    ),
+    (
+        "square:50Hz:7V",
+        Drive::Square {
+            hz: 50.0,
+            volt: 7.0,
+        },
+        0.3,
+    ),
+    (
+        "square:300Hz:6V",
+        Drive::Square {
+            hz: 300.0,
+            volt: 6.0,
+        },
+        0.1,
+    ),
 ];
 /// Samples per second of the experiments [Hz].
 const EXPERIMENT_RATE: f64 = 50e3;
@@ -112,7 +140,13 @@ fn peer() -> Duration {
         .map(|_| {
             let started = Instant::now();
             EXPERIMENTS.par_iter().for_each(|(_, drive, span)| {
-                black_box(run_native(&device, drive, *span, EXPERIMENT_RATE, &tolerance));
+                black_box(run_native(
+                    &device,
+                    drive,
+                    *span,
+                    EXPERIMENT_RATE,
+                    &tolerance,
+                ));
             });
             started.elapsed()
         })

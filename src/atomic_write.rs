@@ -233,10 +233,7 @@ mod tests {
             });
             assert_eq!(failed.unwrap_err().to_string(), "no more");
             assert_eq!(fs::read_to_string(&path).unwrap(), "old");
-            stream_atomically(&path, |out| {
-                (0..3).try_for_each(|i| write!(out, "{i}"))
-            })
-            .unwrap();
+            stream_atomically(&path, |out| (0..3).try_for_each(|i| write!(out, "{i}"))).unwrap();
             assert_eq!(fs::read_to_string(&path).unwrap(), "012");
             fs::remove_file(&path).unwrap();
             assert_eq!(names_in(folder.path()), 0);

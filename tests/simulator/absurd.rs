@@ -471,7 +471,16 @@ fn a_span_that_takes_too_many_steps_is_refused_at_once() {
     let mut fast = Preset::default().model;
     fast.set("f2", 1e6).unwrap();
     let error = simulate(&fast, &Waveform::Rest, 1e3, &Options::default()).unwrap_err();
-    assert!(matches!(error, SimError::Options { what: "duration", .. }), "{error}");
+    assert!(
+        matches!(
+            error,
+            SimError::Options {
+                what: "duration",
+                ..
+            }
+        ),
+        "{error}"
+    );
     assert!(error.to_string().contains("steps"), "{error}");
 }
 

@@ -246,9 +246,15 @@ fn digits_of<'a>(decimal: &'a [u8], room: &'a mut [u8; MAX_DIGITS]) -> (u8, &'a 
     let figure = |b: &u8| i32::from(b - b'0');
     match decimal {
         [first, b'.', rest @ .., b'e', b'-', one @ b'0'..=b'9'] => (*first, rest, 1 - figure(one)),
-        [first, b'.', rest @ .., b'e', b'-', ten @ b'0'..=b'9', one @ b'0'..=b'9'] => {
-            (*first, rest, 1 - 10 * figure(ten) - figure(one))
-        }
+        [
+            first,
+            b'.',
+            rest @ ..,
+            b'e',
+            b'-',
+            ten @ b'0'..=b'9',
+            one @ b'0'..=b'9',
+        ] => (*first, rest, 1 - 10 * figure(ten) - figure(one)),
         // Nothing shortest ends in a zero after the point.
         [b'0', b'.', part @ ..] => {
             let zeros = part.iter().take_while(|b| **b == b'0').count();
