@@ -1,7 +1,7 @@
 //! Files that are written whole or not at all.
 
 use std::fs::{self, File};
-use std::io::{Error, ErrorKind, Result, Seek, SeekFrom, Write};
+use std::io::{BufWriter, Error, ErrorKind, Result, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -19,18 +19,62 @@ const MAX_LINKS: usize = 40;
 /// # Errors
 /// Those of the file system; nothing is left behind then.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
+    stream_atomically(path, |out| out.write_all(bytes))
+}
+
+/// [`write_atomically`] of what `write` puts out piece by piece, so that it need not be in memory
+/// as a whole.
+///
+/// # Errors
+/// Those of the file system and of `write`; nothing is left behind then.
+pub fn stream_atomically<E: From<Error>>(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> std::result::Result<(), E>,
+) -> std::result::Result<(), E> {
     let path = &followed(path);
     if is_stream(path) {
-        return fs::OpenOptions::new()
-            .write(true)
-            .open(path)?
-            .write_all(bytes);
+        let mut out = BufWriter::new(fs::OpenOptions::new().write(true).open(path)?);
+        write(&mut out)?;
+        return Ok(out.flush()?);
     }
-    match replace(path, bytes) {
-        Ok(()) => Ok(()),
-        Err(ReplaceError::SecondFileRefused) => write_in_place(path, bytes),
-        Err(ReplaceError::Failed(error)) => Err(error),
+    let (temporary, file) = match second_file(path) {
+        Ok(second) => second,
+        Err(error) if refuses_second_file(&error) => {
+            let mut bytes = Vec::new();
+            write(&mut bytes)?;
+            return Ok(write_in_place(path, &bytes)?);
+        }
+        Err(error) => return Err(error.into()),
+    };
+    let mut out = BufWriter::new(file);
+    let written = write(&mut out).and_then(|()| {
+        out.flush()?;
+        Ok(out.get_ref().sync_all()?)
+    });
+    // What is still in the buffer must not be written after a failure.
+    drop(out.into_parts());
+    let renamed = written.and_then(|()| match fs::rename(&temporary, path) {
+        Err(error) if refuses_second_file(&error) => {
+            let bytes = fs::read(&temporary)?;
+            // The room may be needed.
+            let _ = fs::remove_file(&temporary);
+            Ok(write_in_place(path, &bytes)?)
+        }
+        renamed => Ok(renamed?),
+    });
+    if renamed.is_err() {
+        // There is nothing more to be done about it.
+        let _ = fs::remove_file(&temporary);
     }
+    // The name is in the folder, which has a cache of its own; not every system can do
+    // this, and the file is whole either way.
+    #[cfg(unix)]
+    if renamed.is_ok()
+        && let Ok(folder) = File::open(folder_of(path))
+    {
+        let _ = folder.sync_all();
+    }
+    renamed
 }
 
 /// The folder of a file; the current one for a bare name.
@@ -60,59 +104,35 @@ fn is_stream(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir())
 }
 
-/// Why a file was not replaced. It is as before.
-enum ReplaceError {
-    /// The folder takes no second file, or does not let it have the name of the first.
-    SecondFileRefused,
-    /// All else, a full disk above all.
-    Failed(Error),
-}
-
-impl ReplaceError {
-    /// The error of making or renaming the second file.
-    fn of_folder(error: Error) -> Self {
-        match error.kind() {
-            // The last is a name that has no room for the ending of the second file's.
-            ErrorKind::PermissionDenied
+/// Whether an error of making or renaming the second file says that the folder takes none, or does
+/// not let it have the name of the first. All others are failures, a full disk above all.
+fn refuses_second_file(error: &Error) -> bool {
+    matches!(
+        error.kind(),
+        // The last is a name that has no room for the ending of the second file's.
+        ErrorKind::PermissionDenied
             | ErrorKind::ReadOnlyFilesystem
             | ErrorKind::ResourceBusy
             | ErrorKind::CrossesDevices
-            | ErrorKind::InvalidFilename => ReplaceError::SecondFileRefused,
-            _ => ReplaceError::Failed(error),
-        }
-    }
+            | ErrorKind::InvalidFilename
+    )
 }
 
-/// Writes a second file and gives it the name of the first.
-fn replace(path: &Path, bytes: &[u8]) -> std::result::Result<(), ReplaceError> {
+/// Makes the second file, which is to have the name of the first.
+fn second_file(path: &Path) -> Result<(PathBuf, File)> {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let mut name = path.file_name().unwrap_or_default().to_owned();
     // Two programs, or two threads, must not write into the same temporary file.
     let turn = COUNT.fetch_add(1, Ordering::Relaxed);
     name.push(format!(".{}-{turn}.part", std::process::id()));
     let temporary = path.with_file_name(name);
-    let mut file = File::create(&temporary).map_err(ReplaceError::of_folder)?;
+    let file = File::create(&temporary)?;
     #[cfg(unix)]
     if let Ok(old) = fs::metadata(path) {
         // Not every file system has permissions; the bytes count more.
         let _ = file.set_permissions(old.permissions());
     }
-    let written = file.write_all(bytes).and_then(|()| file.sync_all());
-    drop(file);
-    written
-        .map_err(ReplaceError::Failed)
-        .and_then(|()| fs::rename(&temporary, path).map_err(ReplaceError::of_folder))
-        .inspect_err(|_| {
-            // There is nothing more to be done about it.
-            let _ = fs::remove_file(&temporary);
-        })?;
-    // The name is in the folder, which has a cache of its own; not every system can do
-    // this, and the file is whole either way.
-    #[cfg(unix)]
-    if let Ok(folder) = File::open(folder_of(path)) {
-        let _ = folder.sync_all();
-    }
-    Ok(())
+    Ok((temporary, file))
 }
 
 /// Writes over the bytes of a file, and puts them back if that fails. It is not emptied first: on a
@@ -198,6 +218,26 @@ mod tests {
         assert!(write_atomically(folder.path(), b"one").is_err());
         assert!(write_atomically(&folder.path().join("none").join("a"), b"one").is_err());
         assert_eq!(names_in(folder.path()), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_fails_while_it_is_put_out_leaves_the_file_as_it_was() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a".to_owned(), longest_name()] {
+            let path = folder.path().join(name);
+            fs::write(&path, "old").unwrap();
+            let failed = stream_atomically(&path, |out| {
+                out.write_all(b"half")?;
+                Err(Error::other("no more"))
+            });
+            assert_eq!(failed.unwrap_err().to_string(), "no more");
+            assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+            stream_atomically(&path, |out| (0..3).try_for_each(|i| write!(out, "{i}"))).unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), "012");
+            fs::remove_file(&path).unwrap();
+            assert_eq!(names_in(folder.path()), 0);
+        }
     }
 
     #[cfg(unix)]

@@ -9,7 +9,7 @@ use anyhow::anyhow;
 
 use super::terminal::shown;
 use super::{Failure, wrong_command};
-use crate::atomic_write::{folder_of, followed, write_atomically};
+use crate::atomic_write::{folder_of, followed, stream_atomically, write_atomically};
 
 /// Standard output as the value of an option.
 pub const STDOUT: &str = "-";
@@ -57,8 +57,8 @@ impl Results {
         }
     }
 
-    /// Puts out what may be too long to be kept as a whole; on standard output after all that was
-    /// taken before.
+    /// Puts out what may be too long to be kept as a whole, at once; on standard output after all
+    /// that was taken before.
     pub fn stream(
         &mut self,
         path: &Path,
@@ -70,11 +70,8 @@ impl Results {
             self.note(Path::new(STDOUT), written);
             return;
         }
-        let mut bytes: Vec<u8> = Vec::new();
-        match write(&mut bytes) {
-            Ok(()) => self.add(path, bytes),
-            error => self.note(path, error),
-        }
+        let written = stream_atomically(path, write);
+        self.note(path, written);
     }
 
     /// Writes what was taken so far.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::contact_sample::{Sampled, count_events, pick};
 use super::error::FitError;
 use super::inspect::plausible_units::check_level;
-use super::inspect::preconditions::{check, one_device};
+use super::inspect::preconditions::{check_each, check_summaries, one_device};
 use super::inspect::recording_summary::{RecordingSummary, summarize};
 use super::options::{FitOptions, Part};
 use super::problem::parameter_space::Space;
@@ -131,35 +131,38 @@ pub fn read_contacts(
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<ContactReadings, FitError> {
-    read_picked(model, parts, options, control, |_| None).map(|(readings, _)| readings)
+    Space::new(model, &options.free)?;
+    let summaries = summarize(model, parts);
+    check_readable(model, parts, &summaries, options)?;
+    let read = read_picked(model, (parts, &summaries), options, control, |_| None);
+    read.map(|(readings, _)| readings)
 }
 
 /// The same in an even pick of the segments, where there are very many: enough to see what the
-/// recordings allow. Says how many were picked, if not all.
+/// recordings allow. Says how many were picked, if not all. The parts are readable, and their
+/// summaries known.
 ///
 /// # Errors
 /// [`FitError`] if a part cannot be used.
 pub fn sample_contacts(
     model: &Model,
-    parts: &[Part],
+    (parts, summaries): (&[Part], &[RecordingSummary]),
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<(ContactReadings, Option<Sampled>), FitError> {
     let picked = |segments: &mut Vec<Segment>| pick(segments, parts.len());
-    read_picked(model, parts, options, control, picked)
+    read_picked(model, (parts, summaries), options, control, picked)
 }
 
 fn read_picked(
     model: &Model,
-    parts: &[Part],
+    (parts, summaries): (&[Part], &[RecordingSummary]),
     options: &FitOptions,
     control: &Control<'_>,
     pick: impl FnOnce(&mut Vec<Segment>) -> Option<Sampled>,
 ) -> Result<(ContactReadings, Option<Sampled>), FitError> {
     let space = Space::new(model, &options.free)?;
-    let summaries = summarize(model, parts);
-    check_readable(model, parts, &summaries, options)?;
-    let mut prepared = prepare(model, &space, parts, &summaries, options)?;
+    let mut prepared = prepare(model, &space, parts, summaries, options)?;
     let sampled = pick(&mut prepared.segments);
     for data in &mut prepared.problem.data {
         data.sigmas.velocity *= GROUND_LAW_RELAXATION;
@@ -182,7 +185,19 @@ pub(crate) fn check_readable(
     summaries: &[RecordingSummary],
     options: &FitOptions,
 ) -> Result<(), FitError> {
-    match check(model, parts, summaries, options) {
+    Space::new(model, &options.free)?;
+    check_each(model, parts)?;
+    check_readable_together(model, parts, summaries, options)
+}
+
+/// What [`check_readable`] asks of all parts together.
+fn check_readable_together(
+    model: &Model,
+    parts: &[Part],
+    summaries: &[RecordingSummary],
+    options: &FitOptions,
+) -> Result<(), FitError> {
+    match check_summaries(model, parts, summaries, options) {
         Ok(()) | Err(FitError::NoContact { .. }) => {}
         Err(error) => return Err(error),
     }
@@ -190,6 +205,20 @@ pub(crate) fn check_readable(
         check_level(model, parts, summaries)?;
     }
     one_device(model, parts, summaries).map(|_| ())
+}
+
+/// Summaries of parts, and whether they are readable, both at once.
+pub(crate) fn inspect(
+    model: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+) -> (Vec<RecordingSummary>, Result<(), FitError>) {
+    let (summaries, each) = rayon::join(
+        || summarize(model, parts),
+        || Space::new(model, &options.free).and_then(|_| check_each(model, parts)),
+    );
+    let readable = each.and_then(|()| check_readable_together(model, parts, &summaries, options));
+    (summaries, readable)
 }
 
 /// Reads bounces and releases at a point that was fitted without the laws of the ground.

@@ -9,7 +9,7 @@ use super::segment::{Joint, JointKind, Segment};
 const MAX_SEGMENTS_READ_WHOLE: usize = 1000;
 /// Segments picked of each kind (with a release, with a bounce, with at most one event), all
 /// recordings together.
-const PICKED_OF_EACH_KIND: usize = 50;
+const PICKED_OF_EACH_KIND: usize = 20;
 /// Segments picked of each kind in a recording, however many recordings there are.
 const MIN_PICKED_OF_RECORDING: usize = 4;
 /// Fractional part of the golden ratio. Its multiples are spread evenly, so that picks do not

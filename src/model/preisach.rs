@@ -23,11 +23,11 @@ const MOMENT_COUNT: usize = 6;
 const MOMENT_STEP: f64 = 1.0 / 160.0;
 /// The same as a share of `1/q`. The smaller distance is used.
 const NARROW_MOMENT_STEP: f64 = 0.125;
-/// Number of such intervals. They suffice for sweeps up to 7.5 times the reference; the moments of
-/// larger half widths are summed.
+/// Number of such intervals. They suffice for sweeps up to 7.5 times the reference; larger half
+/// widths have a table of their own.
 const MOMENT_CELLS: usize = 600;
-/// Number of parts in which larger half widths are summed.
-const TAIL_PARTS: usize = 64;
+/// Half widths above this over `q` have no weight: it is no number above zero.
+const WIDEST_COUNTED: f64 = 39.0;
 /// Nodes and weights of the Gauss-Legendre rule with 4 points on -1 to 1.
 static NODES: [(f64, f64); 4] = [
     (-0.8611363115940526, 0.34785484513745374),
@@ -58,6 +58,8 @@ pub struct Relays {
     moments: Vec<[f64; MOMENT_COUNT]>,
     /// `f` at the same half widths, times `step`.
     densities: Vec<f64>,
+    /// The moments at larger half widths, see [`Relays::integrate_tail`].
+    tail: Vec<[f64; MOMENT_COUNT]>,
 }
 
 impl Relays {
@@ -73,11 +75,13 @@ impl Relays {
             step: (MOMENT_STEP * reference).min(NARROW_MOMENT_STEP / narrow),
             moments: Vec::new(),
             densities: Vec::new(),
+            tail: Vec::new(),
         };
         if narrow != 0.0 || wider != 0.0 || b2 != 0.0 || b4 != 0.0 {
             relays.moments = relays.integrate();
             let at = |cell: usize| relays.step * relays.density(relays.step * cell as f64);
             relays.densities = (0..=MOMENT_CELLS).map(at).collect();
+            relays.tail = relays.integrate_tail();
         }
         relays.ends = [-reference, reference].map(|v| relays.end(v));
         let e = |a: f64, b: f64| relays.everett(a, b);
@@ -123,13 +127,7 @@ impl Relays {
     fn moments(&self, h: f64) -> [f64; MOMENT_COUNT] {
         let place = h / self.step;
         if place > MOMENT_CELLS as f64 {
-            let mut sum = self.moments[MOMENT_CELLS];
-            let (last, part) = (self.step * MOMENT_CELLS as f64, 1.0 / TAIL_PARTS as f64);
-            for i in 0..TAIL_PARTS {
-                let from = last + (h - last) * part * i as f64;
-                self.add(&mut sum, from, (h - last) * part);
-            }
-            return sum;
+            return self.tail_moments(h);
         }
         let cell = (place as usize).min(MOMENT_CELLS - 1);
         let (low, high) = (&self.moments[cell], &self.moments[cell + 1]);
@@ -144,6 +142,42 @@ impl Relays {
             slope = [slope[0] * at[0], slope[1] * at[1]];
         }
         out
+    }
+
+    /// The moments up to `h` \[V\] beyond the table.
+    fn tail_moments(&self, h: f64) -> [f64; MOMENT_COUNT] {
+        let last = self.step * MOMENT_CELLS as f64;
+        let part = self.tail_part();
+        let whole = ((h - last) / part) as usize;
+        let known = whole.min(self.tail.len() - 1);
+        let mut sum = self.tail[known];
+        // Beyond the widest that counts there is nothing to add.
+        if known == whole {
+            let from = last + if known > 0 { part * known as f64 } else { 0.0 };
+            self.add(&mut sum, from, h - from);
+        }
+        sum
+    }
+
+    /// Half widths beyond the table over which the rule is exact enough \[V\]: any for a weight that
+    /// is a polynomial.
+    fn tail_part(&self) -> f64 {
+        NARROW_MOMENT_STEP / self.narrow
+    }
+
+    /// The moments at every such part beyond the table, the table's last first.
+    fn integrate_tail(&self) -> Vec<[f64; MOMENT_COUNT]> {
+        let last = self.step * MOMENT_CELLS as f64;
+        let part = self.tail_part();
+        let mut sum = self.moments[MOMENT_CELLS];
+        let mut all = vec![sum];
+        let mut from = last;
+        while self.narrow * from < WIDEST_COUNTED && part.is_finite() {
+            self.add(&mut sum, from, part);
+            all.push(sum);
+            from = last + part * (all.len() - 1) as f64;
+        }
+        all
     }
 
     /// `G(c + h)` as a polynomial in `h`.
@@ -309,13 +343,14 @@ mod tests {
 
     #[test]
     fn everetts_function_is_the_integral_over_the_relays() {
-        // The last case lies beyond the table of moments.
+        // The last two lie beyond the table of moments.
         for (q, a, b) in [
             (0.4, 8.0, -8.0),
             (0.4, 3.0, -5.5),
             (0.4, 0.31, 0.0),
             (0.4, 6.0, 5.0),
             (0.02, 34.0, -30.0),
+            (0.05, 64.0, -50.0),
         ] {
             let relays = Relays::new([8.0, q, 3.0], [0.05, -0.8, 0.5]);
             let (own, other) = (relays.everett(a, b), by_relays(q, a, b));

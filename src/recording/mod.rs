@@ -148,7 +148,7 @@ struct Derived {
     /// The drive as recognised.
     drive: OnceLock<Option<DriveResult>>,
     /// Noise of each channel, in the order of [`Channel::ALL`].
-    noise: [OnceLock<Option<NoiseEstimate>>; 3],
+    noise: [OnceLock<Result<NoiseEstimate, NoiseError>>; 3],
 }
 
 impl Clone for Derived {
@@ -359,7 +359,7 @@ impl Recording {
     }
 
     /// The drive that acted, from the recorded voltage; `None` if there are not two values of it.
-    /// What is recognised is computed once.
+    /// What is recognised is kept.
     #[must_use]
     pub fn drive(&self, reading: DriveReading) -> Option<DriveResult> {
         let make = || {
@@ -367,7 +367,16 @@ impl Recording {
             Some(measured_drive(&self.name, &time, &volts, reading).map(Arc::new))
         };
         match reading {
-            DriveReading::Recognised => self.derived.drive.get_or_init(make).clone(),
+            DriveReading::Recognised => {
+                let slot = &self.derived.drive;
+                if let Some(drive) = slot.get() {
+                    return drive.clone();
+                }
+                // Made outside of the slot: it is made by several threads, and one that waits for
+                // the others may take up work that asks for this drive, too.
+                let drive = make();
+                slot.get_or_init(|| drive).clone()
+            }
             _ => make(),
         }
     }
@@ -386,22 +395,25 @@ impl Recording {
         }
     }
 
-    /// Estimates the noise of a channel.
+    /// The noise of a channel. Estimated once.
     ///
     /// # Errors
     /// [`NoiseError`] if the channel was not recorded or is too short.
     pub fn estimate_noise(&self, channel: Channel) -> Result<NoiseEstimate, NoiseError> {
-        let values = self
-            .channel(channel)
-            .ok_or(NoiseError::NotRecorded(channel.symbol()))?;
-        estimate_noise(self.axis(), values)
+        let estimate = || {
+            let values = self
+                .channel(channel)
+                .ok_or(NoiseError::NotRecorded(channel.symbol()))?;
+            estimate_noise(self.axis(), values)
+        };
+        let slot = &self.derived.noise[channel as usize];
+        slot.get_or_init(estimate).clone()
     }
 
-    /// Noise of a channel; `None` if it was not recorded or is too short to tell. Estimated once.
+    /// The same; `None` if the channel was not recorded or is too short to tell.
     #[must_use]
     pub fn noise(&self, channel: Channel) -> Option<NoiseEstimate> {
-        let slot = &self.derived.noise[channel as usize];
-        *slot.get_or_init(|| self.estimate_noise(channel).ok())
+        self.estimate_noise(channel).ok()
     }
 
     /// The recorded voltage as samples of a drive, `(times [s], volts [V])` without missing

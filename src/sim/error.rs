@@ -22,6 +22,10 @@ pub struct Options {
     pub forces: bool,
     /// Steps after which a run is given up.
     pub max_steps: u64,
+    /// Steps that a run may take however little it advances; more are given with each second of
+    /// device time and each piece of the drive. They end a motion too fast or too stiff to follow.
+    /// Not for a `fixed_step`.
+    pub max_steps_at_once: u64,
     /// Events after which a run is given up.
     pub max_events: usize,
 }
@@ -35,6 +39,8 @@ impl Default for Options {
             longest_step: None,
             forces: false,
             max_steps: 20_000_000,
+            // Some 4 s of work.
+            max_steps_at_once: 1_000_000,
             max_events: 1_000_000,
         }
     }
@@ -113,6 +119,8 @@ pub(super) enum Burden {
     Drive,
     /// Steps of the usual length, too many of them.
     Span,
+    /// Short steps that an effect of this id, or "effects", may need.
+    Effect(&'static str),
     /// Short steps over the ground.
     Film,
     /// Short steps elsewhere.
@@ -149,6 +157,10 @@ impl SimError {
             Burden::Span => (
                 "duration",
                 "the steps are as long as the fastest mode allows; make the span shorter",
+            ),
+            Burden::Effect(id) => (
+                id,
+                "the motion is too fast or too stiff to be followed with it; make it weaker, slower or softer, or the span shorter",
             ),
             Burden::Film => (
                 "gp",

@@ -135,6 +135,7 @@ fn sample_run(
             ),
         });
     }
+    runner.check_span(duration)?;
     let samples = intervals as usize + 1;
     let mut trace = runner.new_trace();
     trace.reserve(samples);

@@ -356,3 +356,27 @@ fn no_control_character_of_a_name_reaches_the_terminal() {
         );
     }
 }
+
+/// A million samples take less than 200 MB, whatever the parameters and however long the text.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_million_samples_take_bounded_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    // A run that changes the voltage at each sample, one of steps of 10^5 s, one whose readings
+    // begin long before it, and one from contact to contact.
+    let cases = [
+        "--duration 20",
+        "--duration 20 --drive square:24kHz:1V",
+        "--duration 20 --preset oscillator --set f1=1e-5",
+        "--duration 20 --effect sensor_lag:delay=1000",
+        "--duration 20 --set alpha=1 --set Ca=0 --set Ca0=0",
+    ];
+    // Two threads: each one more would add its stack.
+    const LIMITED: &str = "export RAYON_NUM_THREADS=2; ulimit -d 204800 && exec \"$P\" simulate";
+    for case in cases {
+        let output = shell(folder, &format!("{LIMITED} {case} --out t.csv"));
+        assert!(output.status.success(), "{case}: {}", error_of(&output));
+        assert_eq!(read(folder, "t.csv").lines().count(), 1_000_002, "{case}");
+    }
+}

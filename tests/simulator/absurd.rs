@@ -409,6 +409,81 @@ fn every_effect_ends_at_the_extremes_of_its_parameters() {
     });
 }
 
+/// A motion too fast or too stiff to follow takes a bounded number of steps for its time, and the
+/// error names the effect.
+#[test]
+fn every_effect_takes_a_bounded_number_of_steps_at_its_extremes() {
+    const SPAN: f64 = 0.01;
+    /// Steps given at once, for each second and for each of the few pieces of the drive.
+    const GIVEN: u64 = 4000;
+    const MOST: u64 = GIVEN + 20_000 + 20 * 64;
+    let options = Options {
+        max_steps_at_once: GIVEN,
+        ..Options::default()
+    };
+    let square = Waveform::parse("square:15Hz:8V", SPAN).unwrap();
+    let mut given_up = Vec::new();
+    for spec in effects::CATALOGUE {
+        for parameter in spec.parameters {
+            let ((low, high), (from, to)) = (parameter.limits, parameter.range);
+            for value in [low, high, from, to, 1e3 * parameter.default] {
+                let mut model = Preset::default().model;
+                let mut effect = ActiveEffect::new(spec);
+                effect.set(parameter.id, value);
+                model.effects.push(effect);
+                let Ok(mut runner) = Runner::new(&model, &square, &options) else {
+                    continue;
+                };
+                let mut trace = runner.new_trace();
+                let outcome = runner.advance(SPAN, &mut trace);
+                let case = format!("{}.{} = {value:e}", spec.id, parameter.id);
+                assert!(trace.steps <= MOST, "{case}: {} steps", trace.steps);
+                if let Err(SimError::TooMuchWork { parameter, .. }) = outcome {
+                    assert_eq!(parameter, spec.id, "{case}");
+                    given_up.push(case);
+                }
+            }
+        }
+    }
+    println!("given up: {given_up:#?}");
+    let stiff = |case: &String| case.starts_with("quadratic_drag");
+    assert!(given_up.iter().any(stiff));
+}
+
+/// Usual parameters are far from the bound.
+#[test]
+fn every_effect_at_its_usual_value_is_followed() {
+    let options = Options {
+        max_steps_at_once: 2000,
+        ..Options::default()
+    };
+    let square = Waveform::parse("square:15Hz:8V", 0.1).unwrap();
+    for spec in effects::CATALOGUE {
+        let mut model = Preset::default().model;
+        model.effects.push(ActiveEffect::new(spec));
+        let outcome = simulate(&model, &square, 0.1, &options);
+        assert!(outcome.is_ok(), "{}: {:?}", spec.id, outcome.err());
+    }
+}
+
+#[test]
+fn a_span_that_takes_too_many_steps_is_refused_at_once() {
+    let mut fast = Preset::default().model;
+    fast.set("f2", 1e6).unwrap();
+    let error = simulate(&fast, &Waveform::Rest, 1e3, &Options::default()).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            SimError::Options {
+                what: "duration",
+                ..
+            }
+        ),
+        "{error}"
+    );
+    assert!(error.to_string().contains("steps"), "{error}");
+}
+
 #[test]
 fn every_device_ends_at_the_extremes_of_its_parameters() {
     that_ends(|name| {

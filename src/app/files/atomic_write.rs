@@ -48,7 +48,7 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), SessionError> {
 /// Copies an unreadable file to the first free `NAME.unreadable-N` and returns that path.
 ///
 /// # Errors
-/// [`SessionError::Io`].
+/// [`SessionError::Io`]; no part of a copy remains.
 pub fn keep_unreadable(path: &Path) -> Result<PathBuf, SessionError> {
     let fail = |path: &Path, source| SessionError::Io {
         path: path.to_owned(),
@@ -62,9 +62,16 @@ pub fn keep_unreadable(path: &Path) -> Result<PathBuf, SessionError> {
         let copy = path.with_file_name(name);
         match std::fs::File::create_new(&copy) {
             Ok(mut to) => {
-                std::io::copy(&mut from, &mut to).map_err(|e| fail(&copy, e))?;
-                to.sync_all().map_err(|e| fail(&copy, e))?;
-                return Ok(copy);
+                let copied = std::io::copy(&mut from, &mut to).and_then(|_| to.sync_all());
+                drop(to);
+                return match copied {
+                    Ok(()) => Ok(copy),
+                    Err(error) => {
+                        // Half of a copy, as on a full disk, passes for the whole file.
+                        let _ = std::fs::remove_file(&copy);
+                        Err(fail(&copy, error))
+                    }
+                };
             }
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => n += 1,
             Err(error) => return Err(fail(&copy, error)),

@@ -207,6 +207,17 @@ fn damage_is_reported_and_a_copy_is_saved() {
     assert!(load(&path).unwrap_err().to_string().contains("UTF-8"));
 }
 
+#[cfg(unix)]
+#[test]
+fn a_copy_that_fails_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    // A folder can be opened, but not read: the copy is made, and fails.
+    let path = folder.path().join("folder");
+    std::fs::create_dir(&path).unwrap();
+    assert!(keep_unreadable(&path).is_err());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
 #[test]
 fn a_truncated_session_gives_an_error_and_no_panic() {
     let folder = tempfile::tempdir().unwrap();

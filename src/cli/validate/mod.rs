@@ -5,7 +5,7 @@ pub(super) mod rank_effects;
 
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use super::device::{add_effect, set_parameter};
 use super::fit::result;
+use super::output::Results;
 use super::{Failure, interrupt, output, terminal, wrong_command};
 use crate::fit::table_a1::calibrate::{
     FREE_PARAMETERS, LeftOut, MAX_GENERATIONS, Misfit, TABLE_LIMITS, TableFit, fit_table,
@@ -23,6 +24,7 @@ use crate::fit::table_a1::rank_effects::{EffectRanking, rank_effects};
 use crate::model::Model;
 use crate::model::preset::Preset;
 use crate::model::unit::format_quantity;
+use crate::sim::SimError;
 
 /// Lines of progress of a fit: one for each of its searches.
 const FIT_PROGRESS_LINES: f64 = 5.0;
@@ -65,8 +67,10 @@ struct CaseJson {
 
 #[derive(Debug, Serialize)]
 struct Json {
+    /// None, nor statistics, where the fitted device cannot be simulated.
     cases: Vec<CaseJson>,
-    statistics: BothColumns,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    statistics: Option<BothColumns>,
     #[serde(skip_serializing_if = "Option::is_none")]
     fit: Option<FitJson>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -131,6 +135,11 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     }
     let mut results = output::ready(&[("--json", args.json.as_deref())], &[])?;
     let fitted = (args.fit || args.suspects).then(|| fit(&model));
+    if let Some(fit) = &fitted {
+        say(&mut results, |out| fit_summary(out, fit))?;
+        // A ranking takes long, and what is found already does not wait for it.
+        results.deliver();
+    }
     let whole = fitted
         .as_ref()
         .filter(|fit| args.suspects && !fit.cancelled);
@@ -139,39 +148,64 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             rank_effects(&model, fit, go_on)
         })
     });
-    let model = fitted.as_ref().map_or(&model, |fit| &fit.model);
-    let rows = validate(model)?;
-    let both = BothColumns {
-        against_paper_simulation: statistics(&rows, Column::Paper),
-        against_experiment: statistics(&rows, Column::Experiment),
-    };
-    let mut text: Vec<u8> = Vec::new();
-    if let Some(fit) = &fitted {
-        fit_summary(&mut text, fit)?;
-    }
-    match &ranking {
-        Some(ranking) => self::rank_effects::summary(&mut text, ranking)?,
-        None if fitted.is_some() => writeln!(text, "{TABLE_LIMITS}\n")?,
-        None => {}
-    }
-    summary(&mut text, &rows, &both)?;
-    results.say(&String::from_utf8_lossy(&text));
-    if let Some(path) = &args.json {
-        let cases = rows.iter().map(case).collect();
-        results.add_json(
-            path,
-            &Json {
-                cases,
-                statistics: both,
-                fit: fitted.as_ref().map(FitJson::new),
-                suspects: ranking.clone(),
-            },
-        );
-    }
-    results.end()?;
-    if fitted.is_some_and(|fit| fit.cancelled) || ranking.is_some_and(|ranking| ranking.cancelled) {
+    let rows = validate(fitted.as_ref().map_or(&model, |fit| &fit.model));
+    let cancelled = fitted.as_ref().is_some_and(|fit| fit.cancelled)
+        || ranking.as_ref().is_some_and(|ranking| ranking.cancelled);
+    put_out(results, args.json.as_deref(), fitted, ranking, rows)?;
+    if cancelled {
         return Err(interrupt::cancelled());
     }
+    Ok(())
+}
+
+/// Writes what there is. Where the table itself cannot be simulated, fit and ranking are written
+/// before that is said.
+fn put_out(
+    mut results: Results,
+    json: Option<&Path>,
+    fitted: Option<TableFit>,
+    ranking: Option<EffectRanking>,
+    rows: Result<Vec<Row>, SimError>,
+) -> Result<(), Failure> {
+    match &ranking {
+        Some(ranking) => say(&mut results, |out| {
+            self::rank_effects::summary(out, ranking)
+        })?,
+        None if fitted.is_some() => results.say(&format!("{TABLE_LIMITS}\n\n")),
+        None => {}
+    }
+    let (rows, failed) = match rows {
+        Ok(rows) => (Some(rows), Ok(())),
+        Err(error) => (None, Err(error)),
+    };
+    let both = rows.as_ref().map(|rows| BothColumns {
+        against_paper_simulation: statistics(rows, Column::Paper),
+        against_experiment: statistics(rows, Column::Experiment),
+    });
+    if let (Some(rows), Some(both)) = (&rows, &both) {
+        say(&mut results, |out| summary(out, rows, both))?;
+    }
+    if let Some(path) = json.filter(|_| rows.is_some() || fitted.is_some()) {
+        let value = Json {
+            cases: rows.iter().flatten().map(case).collect(),
+            statistics: both,
+            fit: fitted.as_ref().map(FitJson::new),
+            suspects: ranking,
+        };
+        results.add_json(path, &value);
+    }
+    results.end()?;
+    Ok(failed?)
+}
+
+/// Takes a text for people into the results.
+fn say(
+    results: &mut Results,
+    write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    let mut text: Vec<u8> = Vec::new();
+    write(&mut text)?;
+    results.say(&String::from_utf8_lossy(&text));
     Ok(())
 }
 
@@ -350,4 +384,38 @@ fn summary(out: &mut dyn Write, rows: &[Row], both: &BothColumns) -> anyhow::Res
     })?;
     line("both within 30 %", &|s| of(s.both_within_30_percent, s))?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::validate::*;
+
+    #[test]
+    fn a_fit_is_written_though_its_device_cannot_be_simulated() {
+        let folder = tempfile::tempdir().unwrap();
+        let json = folder.path().join("v.json");
+        let model = Preset::default().model;
+        // Ended at once: the best so far is the device itself.
+        let fitted = fit_table(&model, 1, |_| false);
+        let failed = || {
+            Err(SimError::Options {
+                what: "duration",
+                reason: "made up".to_owned(),
+            })
+        };
+        let outputs = [("--json", Some(json.as_path()))];
+        let results = output::ready(&outputs, &[]).unwrap();
+        let failure = put_out(results, Some(&json), Some(fitted), None, failed()).unwrap_err();
+        assert!(failure.error.to_string().contains("made up"));
+        assert_eq!(failure.code, 1);
+        let text = std::fs::read_to_string(&json).unwrap();
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert!(value["fit"]["parameters"]["Cs"].is_f64(), "{text}");
+        assert!(value.get("statistics").is_none(), "{text}");
+        // Without a fit there is nothing to write.
+        let other = folder.path().join("other.json");
+        let results = output::ready(&[("--json", Some(other.as_path()))], &[]).unwrap();
+        put_out(results, Some(&other), None, None, failed()).unwrap_err();
+        assert!(!other.exists());
+    }
 }

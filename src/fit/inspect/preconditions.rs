@@ -32,12 +32,31 @@ pub fn check(
     options: &FitOptions,
 ) -> Result<(), FitError> {
     Space::new(model, &options.free)?;
+    check_each(model, parts)?;
+    check_summaries(model, parts, summaries, options)
+}
+
+/// What [`check`] asks of each part by itself.
+///
+/// # Errors
+/// [`FitError`] with one clear sentence.
+pub(crate) fn check_each(model: &Model, parts: &[Part]) -> Result<(), FitError> {
     if parts.is_empty() {
         return Err(FitError::NoRecording);
     }
-    for part in parts {
-        check_part(model, part)?;
-    }
+    parts.iter().try_for_each(|part| check_part(model, part))
+}
+
+/// What [`check`] asks of all parts together.
+///
+/// # Errors
+/// [`FitError`] with one clear sentence.
+pub(crate) fn check_summaries(
+    model: &Model,
+    parts: &[Part],
+    summaries: &[RecordingSummary],
+    options: &FitOptions,
+) -> Result<(), FitError> {
     let needs: Vec<&str> = ["dp", "alpha", "Ca", "Ca0", "Cs", "gp"]
         .into_iter()
         .filter(|id| options.free.iter().any(|f| f.eq_ignore_ascii_case(id)))

@@ -93,11 +93,26 @@ impl DriveFit {
 /// [`StepError`] if a recording has no voltage, or all together show too little of a slow
 /// cycle.
 pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFit, StepError> {
+    let options = FitOptions::for_model(model);
+    fit_drive_to(model, recordings, |recording| {
+        let part = [Part::whole(Arc::clone(recording))];
+        check_readable(model, &part, &summarize(model, &part), &options)
+    })
+}
+
+/// [`fit_drive`] to recordings that `check` does not refuse.
+///
+/// # Errors
+/// As [`fit_drive`].
+pub(super) fn fit_drive_to(
+    model: &Model,
+    recordings: &[Arc<Recording>],
+    check: impl Fn(&Arc<Recording>) -> Result<(), FitError>,
+) -> Result<DriveFit, StepError> {
     let per_gain = gain_scale(model)?;
     if recordings.is_empty() {
         return Err(FitError::NoRecording.into());
     }
-    let options = FitOptions::for_model(model);
     let mut points = Vec::new();
     let (mut low, mut high) = (f64::NAN, f64::NAN);
     for recording in recordings {
@@ -108,8 +123,7 @@ pub fn fit_drive(model: &Model, recordings: &[Arc<Recording>]) -> Result<DriveFi
                 step: "the drive",
             });
         };
-        let part = [Part::whole(Arc::clone(recording))];
-        check_readable(model, &part, &summarize(model, &part), &options)?;
+        check(recording)?;
         let drive = drive.map_err(|error| unsuited(recording, error.to_string()))?;
         points.extend(blocks(model, recording, &drive, per_gain)?);
         low = low.min(extreme(&recording.voltage, f64::min));

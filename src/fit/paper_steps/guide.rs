@@ -4,13 +4,14 @@
 use std::sync::Arc;
 
 use super::adhesion::adhesion;
-use super::drive::fit_drive;
-use super::film::rings::rings_of;
+use super::drive::{fit_drive, fit_drive_to};
+use super::film::rings::rings_in;
 use super::restitution::restitution;
 use super::{StepError, model_distance_warning};
-use crate::fit::contact_readings::{ContactReadings, sample_contacts};
+use crate::fit::contact_readings::{ContactReadings, inspect, sample_contacts};
 use crate::fit::contact_sample::Sampled;
 use crate::fit::error::FitError;
+use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::solve::levenberg_marquardt::Control;
 use crate::fit::thresholds::MAX_DEVICE_NOISE_RATIO;
@@ -136,15 +137,25 @@ pub fn guide(
     };
     let everything = || named((0..recordings.len()).collect());
     // Each looks at all samples; together they take as long as the longest.
-    let (drive, (read, film)) = rayon::join(
-        || fit_drive(model, recordings).map(|_| everything()),
+    let (drive, (is_readable, read, film)) = rayon::join(
+        || fit_drive_to(model, recordings, |_| Ok(())),
         || {
-            rayon::join(
-                || read(model, &parts, options, control),
-                || rings_of(model, &parts, options).map(|rings| rings.recordings()),
-            )
+            let (summaries, readable) = inspect(model, &parts, options);
+            let is_readable = readable.is_ok();
+            let inspected = || (summaries.clone(), readable.clone());
+            let (read, film) = rayon::join(
+                || read(model, &parts, options, control, inspected),
+                || rings_in(model, &parts, options, inspected).map(|r| r.recordings()),
+            );
+            (is_readable, read, film)
         },
     );
+    // What is readable together is so alone; else the drive says which is not.
+    let drive = match is_readable {
+        true => drive,
+        false => fit_drive(model, recordings),
+    }
+    .map(|_| everything());
     let sampled = read.as_ref().ok().and_then(|(_, sampled)| *sampled);
     let read = read.map(|(readings, _)| readings);
     let restitution = read.as_ref().map_err(Clone::clone).and_then(|readings| {
@@ -233,6 +244,7 @@ fn read(
     parts: &[Part],
     options: &FitOptions,
     control: &Control<'_>,
+    inspected: impl FnOnce() -> (Vec<RecordingSummary>, Result<(), FitError>),
 ) -> Result<(ContactReadings, Option<Sampled>), StepError> {
     if !model.has_ground {
         return Err(StepError::Device {
@@ -244,7 +256,14 @@ fn read(
     if parts.is_empty() {
         return Err(FitError::NoRecording.into());
     }
-    Ok(sample_contacts(model, parts, options, control)?)
+    let (summaries, readable) = inspected();
+    readable?;
+    Ok(sample_contacts(
+        model,
+        (parts, &summaries),
+        options,
+        control,
+    )?)
 }
 
 #[cfg(test)]
@@ -296,7 +315,7 @@ mod tests {
     fn of_a_long_recording_an_even_pick_is_read_and_said() {
         let long = look(&[made("square:15Hz:8V", 6.0, 50e3, 20e-9, &[])]);
         let sampled = long.sampled.expect("a pick");
-        assert!(sampled.all > 1000 && sampled.picked <= 150, "{sampled:?}");
+        assert!(sampled.all > 1000 && sampled.picked <= 60, "{sampled:?}");
         assert!(sampled.to_string().contains("Each step reads all"));
         // The steps do not take the pick for all there is.
         assert!(long.readings.is_none());

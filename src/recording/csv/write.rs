@@ -11,10 +11,10 @@ use crate::recording::times::exact_time::ExactTime;
 use crate::recording::{Channel, Recording};
 
 /// Rows formatted by one thread at a time.
-const BLOCK_ROWS: usize = 4096;
-/// Such blocks for each thread before they are written: few enough to stand in memory, enough for
+const BLOCK_ROWS: usize = 2048;
+/// Such blocks for each thread before they are written: few enough to stay in the cache, enough for
 /// threads that begin late.
-const BLOCKS_PER_THREAD: usize = 8;
+const BLOCKS_PER_THREAD: usize = 4;
 /// Length of a row \[bytes\], for the room that is made.
 const ROW_LENGTH: usize = 72;
 
@@ -93,34 +93,35 @@ fn write_from(
     header.push('\n');
     out.write_all(header.as_bytes())?;
 
-    // In batches, so that a long file does not stand in memory as text.
-    let starts: Vec<usize> = (0..rows).step_by(BLOCK_ROWS).collect();
-    let threads = rayon::current_num_threads().max(1);
-    for batch in starts.chunks(BLOCKS_PER_THREAD * threads) {
-        let texts: Vec<Vec<u8>> = batch
-            .par_iter()
-            .map(|&start| {
-                let mut text = Vec::with_capacity(BLOCK_ROWS.min(rows - start) * ROW_LENGTH);
-                let [mut volts, mut mass, mut beam] = [0, 6, 6].map(Column::new);
-                for i in start..(start + BLOCK_ROWS).min(rows) {
-                    put_time(&mut text, origin, time.at(i));
-                    if let Some(voltage) = voltage {
-                        text.push(b',');
-                        volts.put(&mut text, voltage[i]);
-                    }
-                    text.push(b',');
-                    mass.put(&mut text, proof_mass[i]);
-                    if let Some(cantilever) = cantilever {
-                        text.push(b',');
-                        beam.put(&mut text, cantilever[i]);
-                    }
-                    text.push(b'\n');
-                }
-                text
-            })
-            .collect();
-        for text in texts {
-            out.write_all(&text)?;
+    // In batches, so that a long file does not stand in memory as text; the room of one batch
+    // serves the next.
+    let put_row = |text: &mut Vec<u8>, [volts, mass, beam]: &mut [Column; 3], i: usize| {
+        put_time(text, origin, time.at(i));
+        if let Some(voltage) = voltage {
+            text.push(b',');
+            volts.put(text, voltage[i]);
+        }
+        text.push(b',');
+        mass.put(text, proof_mass[i]);
+        if let Some(cantilever) = cantilever {
+            text.push(b',');
+            beam.put(text, cantilever[i]);
+        }
+        text.push(b'\n');
+    };
+    let batch = BLOCKS_PER_THREAD * rayon::current_num_threads().max(1);
+    let mut texts = vec![Vec::new(); batch.min(rows.div_ceil(BLOCK_ROWS))];
+    for first in (0..rows).step_by(batch * BLOCK_ROWS) {
+        texts.par_iter_mut().enumerate().for_each(|(block, text)| {
+            let start = (first + block * BLOCK_ROWS).min(rows);
+            let end = (start + BLOCK_ROWS).min(rows);
+            text.clear();
+            text.reserve((end - start) * ROW_LENGTH);
+            let mut columns = [0, 6, 6].map(Column::new);
+            (start..end).for_each(|i| put_row(text, &mut columns, i));
+        });
+        for text in &texts {
+            out.write_all(text)?;
         }
     }
     Ok(())
@@ -196,36 +197,75 @@ fn put(text: &mut Vec<u8>, value: f64, shift: i32) {
     if value < 0.0 {
         text.push(b'-');
     }
-    let mut room = [0; MAX_DIGITS];
-    let (digits, point) = if may_lie_between(value) {
-        split(&format!("{:e}", value.abs()), &mut room)
+    let between;
+    let mut buffer = zmij::Buffer::new();
+    let decimal = if may_lie_between(value) {
+        between = format!("{:e}", value.abs());
+        between.as_str()
     } else {
-        split(zmij::Buffer::new().format_finite(value.abs()), &mut room)
+        buffer.format_finite(value.abs())
     };
-    // Digits before the decimal point.
-    let point = point + shift;
-    let n = digits.len() as i32;
+    let mut room = [0; MAX_DIGITS];
+    let (first, rest, point) = digits_of(decimal.as_bytes(), &mut room);
+    place(text, first, rest, point + shift);
+}
+
+/// Appends a first digit and the rest of them, `point` of all of which stand before the point.
+fn place(text: &mut Vec<u8>, first: u8, rest: &[u8], point: i32) {
+    let n = rest.len() as i32 + 1;
     if (1..=17).contains(&point) {
+        text.push(first);
         if point >= n {
-            text.extend_from_slice(digits);
+            text.extend_from_slice(rest);
             text.extend_from_slice(&PLAIN_ZEROS[..(point - n) as usize]);
         } else {
-            text.extend_from_slice(&digits[..point as usize]);
+            let (whole, part) = rest.split_at(point as usize - 1);
+            text.extend_from_slice(whole);
             text.push(b'.');
-            text.extend_from_slice(&digits[point as usize..]);
+            text.extend_from_slice(part);
         }
     } else if (-5..=0).contains(&point) {
         text.extend_from_slice(b"0.");
         text.extend_from_slice(&PLAIN_ZEROS[..(-point) as usize]);
-        text.extend_from_slice(digits);
+        text.push(first);
+        text.extend_from_slice(rest);
     } else {
-        text.push(digits.first().copied().unwrap_or(b'0'));
+        text.push(first);
         if n > 1 {
             text.push(b'.');
-            text.extend_from_slice(&digits[1..]);
+            text.extend_from_slice(rest);
         }
         // Writing to a Vec cannot fail.
         let _ = write!(text, "e{}", point - 1);
+    }
+}
+
+/// The first digit of a shortest decimal, the rest of them without zeros around them, and how many
+/// of all stand before the point. What is below 1 in SI, as most is, needs no copy.
+fn digits_of<'a>(decimal: &'a [u8], room: &'a mut [u8; MAX_DIGITS]) -> (u8, &'a [u8], i32) {
+    let figure = |b: &u8| i32::from(b - b'0');
+    match decimal {
+        [first, b'.', rest @ .., b'e', b'-', one @ b'0'..=b'9'] => (*first, rest, 1 - figure(one)),
+        [
+            first,
+            b'.',
+            rest @ ..,
+            b'e',
+            b'-',
+            ten @ b'0'..=b'9',
+            one @ b'0'..=b'9',
+        ] => (*first, rest, 1 - 10 * figure(ten) - figure(one)),
+        // Nothing shortest ends in a zero after the point.
+        [b'0', b'.', part @ ..] => {
+            let zeros = part.iter().take_while(|b| **b == b'0').count();
+            let (first, rest) = part[zeros..].split_first().unwrap_or((&b'0', &[]));
+            (*first, rest, -(zeros as i32))
+        }
+        _ => {
+            let (digits, point) = split(decimal, room);
+            let (first, rest) = digits.split_first().unwrap_or((&b'0', &[]));
+            (*first, rest, point)
+        }
     }
 }
 
@@ -251,8 +291,7 @@ fn may_lie_between(value: f64) -> bool {
 
 /// The digits of a shortest decimal such as `1.25e-7`, `1e+21`, `0.00125` or `1250.0`, without
 /// zeros around them, and how many of them stand before the point.
-fn split<'a>(decimal: &str, room: &'a mut [u8; MAX_DIGITS]) -> (&'a [u8], i32) {
-    let decimal = decimal.as_bytes();
+fn split<'a>(decimal: &'a [u8], room: &'a mut [u8; MAX_DIGITS]) -> (&'a [u8], i32) {
     let (mantissa, exponent) = match decimal.iter().rposition(|b| *b == b'e') {
         Some(at) => (&decimal[..at], &decimal[at + 1..]),
         None => (decimal, &b"0"[..]),

@@ -60,10 +60,10 @@ pub(crate) fn find_impacts(
         let to = to.max(i + 1).min(i + reach).min(xp.len() - 1);
         meet(time, xp, options, i, from..=i - 1, i + 1..=to)
             // The sample in the middle belongs to one of the sides.
-            .and_then(|(at, _, _)| match at {
+            .and_then(|(at, before, after)| match at {
                 _ if at > 0.1 * interval => meet(time, xp, options, i, from + 1..=i, i + 1..=to),
                 _ if at < -0.1 * interval => meet(time, xp, options, i, from..=i - 1, i..=to - 1),
-                _ => meet(time, xp, options, i, from..=i - 1, i + 1..=to),
+                _ => Some((at, before, after)),
             })
             .and_then(|(at, before, after)| {
                 judge(options, interval, time.at(i), at, &before, &after)

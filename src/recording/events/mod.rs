@@ -12,6 +12,8 @@ mod options;
 pub use self::impact::Impact;
 pub use self::options::{EventOptions, HOP_HEIGHT};
 
+use rayon::prelude::*;
+
 use self::impact::find_impacts;
 use super::grid::TimeAxis;
 
@@ -74,7 +76,7 @@ pub fn find_events(time: TimeAxis, xp: &[f64], options: &EventOptions) -> Events
     // Taken once: the median over a long axis is not for each visit.
     let interval = time.interval(xp.len());
     let visits = visits(time, xp, options);
-    for (i, visit) in visits.iter().enumerate() {
+    let read = |(i, visit): (usize, &Visit)| {
         let limits = (
             i.checked_sub(1).map_or(0, |p| visits[p].last),
             visits.get(i + 1).map_or(xp.len() - 1, |v| v.first),
@@ -87,11 +89,22 @@ pub fn find_events(time: TimeAxis, xp: &[f64], options: &EventOptions) -> Events
             limits,
         );
         let contact = contact_of(time, xp, options, visit, &impacts);
+        (impacts, contact)
+    };
+    let all: Vec<_> = if visits.len() < MIN_PARALLEL_VISITS {
+        visits.iter().enumerate().map(read).collect()
+    } else {
+        visits.par_iter().enumerate().map(read).collect()
+    };
+    for (impacts, contact) in all {
         events.impacts.extend(impacts);
         events.contacts.extend(contact);
     }
     events
 }
+
+/// Visits to the ground from which on they are read by several threads: some milliseconds of work.
+const MIN_PARALLEL_VISITS: usize = 200;
 
 /// Samples `first..=last` within a hop of the ground.
 #[derive(Debug, Clone, Copy)]

@@ -188,6 +188,20 @@ impl Device {
         self.moved
     }
 
+    /// Id of the effect that makes a motion hard to follow, if effects change it: that of a compliant
+    /// ground, else the only one; "effects" if it can be several.
+    pub fn suspect(&self) -> Option<&'static str> {
+        if let Some(own) = self.compliant {
+            return Some(self.effects[own].id);
+        }
+        let mut suspects = self
+            .effects
+            .iter()
+            .filter(|e| e.action.acts_on_motion() || !e.action.acts_on_readings());
+        let first = suspects.next()?;
+        Some(suspects.next().map_or(first.id, |_| "effects"))
+    }
+
     /// Longest step that follows the structure's motion, in flight and held \[s\].
     pub fn longest_step(&self) -> f64 {
         self.flight

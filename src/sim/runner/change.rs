@@ -1,5 +1,6 @@
 //! Changes during a run: of the model, the drive and the longest step.
 
+use super::budget::Pace;
 use super::{Phase, Runner};
 use crate::model::Model;
 use crate::model::drive::Waveform;
@@ -53,6 +54,7 @@ impl Runner {
         self.level = 0;
         self.delay = device.reading_delay();
         self.segment = device.piece(self.whole, self.t, &self.z);
+        self.pace = Pace::of(&device, &self.options, self.t);
         self.device = device;
         self.touch = None;
         match contact {
@@ -83,6 +85,7 @@ impl Runner {
     /// From now on no step is longer than `longest` \[s\].
     pub fn limit_step(&mut self, longest: f64) {
         self.options.longest_step = Some(longest.max(LEAST_LIMIT));
+        self.pace.limit(&self.device, &self.options);
         [self.flight_tables, self.held_tables] =
             phase_tables(&self.device, &self.options, [self.device.longest_step(); 2]);
         self.level = 0;

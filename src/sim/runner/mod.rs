@@ -7,6 +7,7 @@ mod coordinates;
 mod emit;
 mod motion;
 
+use self::budget::Pace;
 use super::device::{Device, dot};
 use super::error::{Options, SimError};
 use super::output::{FastModes, SampleRange};
@@ -70,6 +71,7 @@ pub struct Runner {
     samples: SampleRange,
     steps: u64,
     events: u64,
+    pace: Pace,
 }
 
 impl Runner {
@@ -118,6 +120,7 @@ impl Runner {
             },
             steps: 0,
             events: 0,
+            pace: Pace::of(&device, options, 0.0),
             device,
         };
         runner.set_out();
@@ -139,6 +142,7 @@ impl Runner {
     ) -> Result<Self, SimError> {
         let mut runner = Self::new(model, drive, options)?;
         runner.t = t;
+        runner.pace = Pace::of(&runner.device, options, t);
         runner.index = runner.drive.index_at(t);
         runner.whole = runner.drive.segment(runner.index);
         runner.phase = Phase::Flight;
@@ -234,6 +238,7 @@ impl Runner {
                 self.index += 1;
                 self.whole = self.drive.segment(self.index);
             }
+            self.pace.enter_piece();
             self.segment = self.device.piece(self.whole, self.t, &self.z);
             let after = self
                 .device
@@ -270,12 +275,7 @@ impl Runner {
         });
         self.events += 1;
         if self.events > self.options.max_events as u64 {
-            return Err(SimError::too_much(
-                self.t,
-                "events",
-                self.events,
-                self.burden(trace),
-            ));
+            return Err(self.too_much("events", self.events));
         }
         Ok(())
     }

@@ -63,6 +63,7 @@ impl Runner {
             } else {
                 &self.flight
             };
+            self.pace.spend(step.sweeps);
             let (error, size) = (step.error, step.xp[0].abs());
             // No error below rounding can be reached.
             let tolerance = self.options.tolerance + 16.0 * f64::EPSILON * size;

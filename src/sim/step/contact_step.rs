@@ -117,6 +117,7 @@ impl Step {
         let mut on_mass = [0.0; S];
         let mut previous = [f64::INFINITY; S];
         for _ in 0..=40 {
+            self.sweeps += 1;
             self.feel(device, segment, t, 0..S, Some(ground));
             self.act(device, segment, 0..S, true, &mut on_mass);
             let (drive, base) = (self.drive, self.base);

@@ -68,6 +68,7 @@ impl Step {
         }
         // States that feed on others settle one after the other.
         for _ in 0..40 {
+            self.sweeps += 1;
             let before = self.drive;
             for k in 0..S {
                 self.feed(device, k);

@@ -87,6 +87,7 @@ impl Step {
         let mut previous = f64::INFINITY;
         let mut settled = false;
         for sweep in 0..24 {
+            self.sweeps += 1;
             for k in 0..S - 1 {
                 self.xp[k + 1] = base_x[k] + dot(&table.p_from_p[0][k], &self.force);
                 self.vp[k + 1] = base_v[k] + dot(&table.p_from_p[1][k], &self.force);
@@ -175,6 +176,7 @@ impl Step {
         // smaller.
         let (mut previous, mut older) = (f64::INFINITY, f64::INFINITY);
         for sweep in 0..40 {
+            self.sweeps += 1;
             let (force, drive, base) = (self.force, self.drive, self.base);
             self.propagate(table, |i| {
                 std::array::from_fn(|j| {

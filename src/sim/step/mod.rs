@@ -93,6 +93,8 @@ pub(super) struct Step {
     /// Each mode's motion between the points.
     pub swings: Vec<Swing>,
     modes: usize,
+    /// Rounds in which forces and motion of the latest step were brought to agree.
+    pub sweeps: u32,
     /// Estimated error of the step, as displacement of the proof mass \[m\].
     pub error: f64,
 }
@@ -189,6 +191,7 @@ impl Step {
     /// \[m/N\].
     fn start(&mut self, device: &Device, table: &Table, state: (&[f64], &[f64], &[f64])) -> f64 {
         let (q, v, z) = state;
+        self.sweeps = 0;
         self.h = table.h;
         self.q[..q.len()].copy_from_slice(q);
         self.v[..v.len()].copy_from_slice(v);

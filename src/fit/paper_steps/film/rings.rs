@@ -1,8 +1,8 @@
 //! The rings after break-offs: which can be fitted to, and each simulated at a point of the fit.
 
-use crate::fit::contact_readings::check_readable as readable;
+use crate::fit::contact_readings::inspect;
 use crate::fit::error::FitError;
-use crate::fit::inspect::recording_summary::summarize;
+use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::paper_steps::StepError;
 use crate::fit::paper_steps::break_off::{break_offs, ring_problem};
@@ -51,6 +51,28 @@ pub(crate) fn rings_of(
     parts: &[Part],
     options: &FitOptions,
 ) -> Result<Rings, StepError> {
+    let own = own_options(options);
+    rings_in(model, parts, options, || inspect(model, parts, &own))
+}
+
+/// The options, for the parameters of the step.
+fn own_options(options: &FitOptions) -> FitOptions {
+    FitOptions {
+        free: FREE_PARAMETERS.map(str::to_owned).to_vec(),
+        ..options.clone()
+    }
+}
+
+/// [`rings_of`] parts that `inspected` summarizes, and refuses if they are not readable.
+///
+/// # Errors
+/// As [`rings_of`].
+pub(crate) fn rings_in(
+    model: &Model,
+    parts: &[Part],
+    options: &FitOptions,
+    inspected: impl FnOnce() -> (Vec<RecordingSummary>, Result<(), FitError>),
+) -> Result<Rings, StepError> {
     check(model)?;
     let mut sound = model.clone();
     let dp = sound.parameters[ParameterId::Dp];
@@ -59,12 +81,9 @@ pub(crate) fn rings_of(
         sound.parameters.set(ParameterId::Gp, 1.2 * dp);
     }
     sound.check().map_err(FitError::from)?;
-    let options = FitOptions {
-        free: FREE_PARAMETERS.map(str::to_owned).to_vec(),
-        ..options.clone()
-    };
-    let summaries = summarize(&sound, parts);
-    readable(&sound, parts, &summaries, &options)?;
+    let options = own_options(options);
+    let (summaries, readable) = inspected();
+    readable?;
     let none = || {
         let names: Vec<&str> = parts.iter().map(|p| p.recording.name.as_str()).collect();
         StepError::Unsuited {
