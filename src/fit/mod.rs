@@ -37,7 +37,7 @@ pub mod uncertainty;
 
 pub use self::error::FitError;
 pub use self::options::Part;
-pub use self::options::{FitOptions, FreeNuisances, default_free};
+pub use self::options::{FitOptions, FreeNuisances, default_free, whole_device};
 pub use self::pipeline::{evaluate, fit, free_run};
 pub use self::solve::levenberg_marquardt::{Control, Progress};
 pub use self::uncertainty::fit_result::{FitResult, FittedParameter, Misfit};

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use eframe::egui::Context;
 
 use super::fit::aligned;
+use super::identification_course::{Course, WholeFit};
 use super::job::Job;
 use super::recording_roles::with_role;
 use crate::app::setup::current_setup::Setup;
@@ -61,6 +62,10 @@ pub struct Identification {
     pub findings: BTreeMap<&'static str, Result<StepResult, String>>,
     /// The step shown.
     pub chosen: Option<Step>,
+    /// What it does on its own, as the person asked.
+    pub course: Course,
+    /// The fit of the whole device that the present values come from.
+    pub whole: Option<WholeFit>,
 }
 
 /// The recordings that are fitted to.
@@ -83,6 +88,8 @@ impl Identification {
             // Results of one device must not be applied to another.
             self.of.clone_from(&setup.preset.model.name);
             self.findings.clear();
+            self.course = Course::ByHand;
+            self.whole = None;
             if let Some((_, job)) = self.job.take() {
                 job.cancel();
             }
@@ -113,6 +120,11 @@ impl Identification {
             }
             self.job = None;
         }
+    }
+
+    /// Whether the guide knows which steps the recordings allow.
+    pub fn has_looked(&self) -> bool {
+        !self.allowances.is_empty()
     }
 
     /// Examines which steps the recordings allow for the present device.
