@@ -27,11 +27,14 @@ pub const SWEEP_NAME: &str = "synthetic sweep";
 /// Its name in older sessions.
 const OLD_MADE_UP_NAME: &str = "made-up recording";
 
-/// The hint of the first start: three things to try.
+/// The hint of the first start: three things to try. A test follows the first one to its end.
 pub fn first_start_hint() -> [String; 3] {
     let key = |command: Command| command.keys().unwrap_or_default();
     [
-        "The orange curve is a synthetic recording of a device with other parameters: drag Cs, alpha and Ca0 until the residual is flat.".to_owned(),
+        format!(
+            "The recordings are synthetic, of one device with other parameters: drag Cs, alpha, Ca0 and Ca and watch the misfit fall towards 1 x noise. Or press {}, then Fit and Apply: the fit finds them.",
+            key(Command::FitPanel)
+        ),
         format!(
             "Press {} to watch the device in slow motion, {} to return to the whole span, {} to set the current curve as the reference for comparison.",
             key(Command::SetMode(Mode::Live)),
@@ -39,7 +42,8 @@ pub fn first_start_hint() -> [String; 3] {
             key(Command::ToggleReferenceCurve)
         ),
         format!(
-            "Drop a CSV file on the window to compare it with the simulation; press {} for keys and mouse gestures.",
+            "Drop a CSV file on the window to compare it with the simulation; press {} for the paper's identification step by step, {} for keys and mouse gestures.",
+            key(Command::Identification),
             key(Command::Help)
         ),
     ]
