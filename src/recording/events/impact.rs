@@ -65,6 +65,7 @@ pub(crate) fn find_impacts(
                 _ if at < -0.1 * interval => meet(time, xp, options, i, from..=i - 1, i..=to - 1),
                 _ => meet(time, xp, options, i, from..=i - 1, i + 1..=to),
             })
+            .filter(|(at, before, _)| is_within_reach(xp, i, before.value(*at)))
             .and_then(|(at, before, after)| {
                 judge(options, interval, time.at(i), at, &before, &after)
             })
@@ -108,6 +109,21 @@ fn kinks(
         }
     }
     found
+}
+
+/// Whether the mass can have been at height `meeting` between samples around `i`: no farther below
+/// the lowest of them than it goes from one sample to the next there. Sides of few samples meet
+/// anywhere, so that a dip of the ring well above the ground would become an impact.
+fn is_within_reach(xp: &[f64], i: usize, meeting: f64) -> bool {
+    let around = &xp[i.saturating_sub(2)..(i + 3).min(xp.len())];
+    let way = around
+        .windows(2)
+        .map(|w| (w[1] - w[0]).abs())
+        .filter(|way| way.is_finite())
+        .fold(0.0, f64::max);
+    let near = &xp[i.saturating_sub(1)..(i + 2).min(xp.len())];
+    let lowest = near.iter().copied().filter(|x| x.is_finite());
+    lowest.fold(f64::INFINITY, f64::min) - meeting <= way
 }
 
 /// Whether two sides that meet at `at` (from sample time `t`) are an impact.
