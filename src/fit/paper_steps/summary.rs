@@ -59,7 +59,7 @@ pub fn summary<'a>(
             .and_then(|a| a.by.as_ref().err());
         match (found(step), missing) {
             (Some(Ok(result)), _) if !result.is_reliable() => {
-                let reason = "its result is not reliable, as the rest of the device does not follow the recordings";
+                let reason = "its result is not reliable, as the device does not follow the recordings there; where all of it has been fitted, a diagnosis tells what it lacks";
                 summary.untold.push(untold(reason.to_owned(), None));
             }
             (Some(Ok(result)), _) => add(&mut summary, step, result),
