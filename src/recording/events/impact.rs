@@ -20,6 +20,9 @@ const FIT_SAMPLES: (usize, usize) = (3, 50);
 const MAX_DEGREE: usize = 4;
 /// Degrees above one must leave the velocity certain to this share.
 const MAX_SLOPE_ERROR: f64 = 0.03;
+/// A side whose samples lie farther from its polynomial than this needs a higher degree [standard
+/// deviations of the noise].
+const MAX_MISS_SIGMAS: f64 = 3.0;
 /// A change of speed below this share of the arriving speed is no impact.
 const MIN_CHANGE_SHARE: f64 = 0.3;
 /// Departures faster than this share of the arrival are thrown, not bounced.
@@ -234,8 +237,19 @@ impl Curve {
             of_degree(*d).is_some_and(|c| c.slope_error <= MAX_SLOPE_ERROR * c.slope(0.0).abs())
         };
         let fallback = if n >= 4 { 2 } else { 1 };
-        let degree = (2..=highest).rev().find(certain).unwrap_or(fallback);
+        let mut degree = (2..=highest).rev().find(certain).unwrap_or(fallback);
         let mut chosen = of_degree(degree)?;
+        // A curve that plainly misses its samples is worse than an uncertain one: the ring of the
+        // second mode bends it within the window.
+        while degree < highest && degree + 2 < n {
+            let misses: f64 = points.iter().map(|p| (chosen.value(p.0) - p.1).powi(2)).sum();
+            let freedom = (n - degree - 1) as f64;
+            if (misses / freedom).sqrt() <= MAX_MISS_SIGMAS * noise {
+                break;
+            }
+            degree += 1;
+            chosen = of_degree(degree)?;
+        }
         let lower = of_degree(degree - 1).map_or(f64::NAN, |c| c.slope(0.0));
         let change = chosen.slope(0.0) - lower;
         chosen.doubt = if change.is_finite() {
