@@ -26,6 +26,7 @@ pub mod options;
 pub mod paper_steps;
 pub(crate) mod pipeline;
 pub mod problem;
+mod recipes;
 pub mod residual;
 pub mod segment;
 pub mod solve;

@@ -12,6 +12,7 @@ use crate::fit::contact_readings::{ContactReadings, sample_contacts};
 use crate::fit::contact_sample::Sampled;
 use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part, default_free, whole_device};
+use crate::fit::recipes::{BREAK_OFF, SLOW_CYCLES, SLOW_PULLS, TAPS};
 use crate::fit::solve::levenberg_marquardt::Control;
 use crate::fit::thresholds::MAX_DEVICE_NOISE_RATIO;
 use crate::model::Model;
@@ -77,10 +78,10 @@ impl Step {
     /// The recording that it needs.
     pub fn recipe(self) -> &'static str {
         match self {
-            Step::Drive => "whole slow cycles, for example 5 Hz sines of 6 V and 8 V",
-            Step::Restitution => "a 300 Hz square or sine that just begins to hit the ground",
-            Step::Adhesion => "5 Hz ramped squares of 8 V with several lambda",
-            Step::Film => "a 5 Hz ramped square of 8 V, with the ring after break-off",
+            Step::Drive => SLOW_CYCLES,
+            Step::Restitution => TAPS,
+            Step::Adhesion => SLOW_PULLS,
+            Step::Film => BREAK_OFF,
             Step::Sensitivity => "what restitution, adhesion and film need together",
         }
     }

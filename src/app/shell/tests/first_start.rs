@@ -146,6 +146,6 @@ fn the_guided_identification_comes_to_its_end_on_the_recordings_of_the_first_sta
     assert!(says(&harness, "Record whole slow cycles"));
     is_near_the_truth(state(&harness), 0.05);
     wait(&mut harness, |shown| {
-        shown.total_misfit().is_some_and(|m| m < 2.0)
+        shown.total_misfit().is_some_and(|m| m < AT_THE_NOISE)
     });
 }
