@@ -135,14 +135,7 @@ pub fn default_free(model: &Model) -> Vec<String> {
 pub fn whole_device(model: &Model) -> Vec<String> {
     use crate::model::parameter::ParameterId as P;
     let mut all = default_free(model);
-    let structure = [
-        P::F1,
-        P::F2,
-        P::ShapeC1,
-        P::ShapeC2,
-        P::ShapeP2,
-        P::DriveP,
-    ];
+    let structure = [P::F1, P::F2, P::ShapeC1, P::ShapeC2, P::ShapeP2, P::DriveP];
     for id in structure.into_iter().filter(|p| model.uses(*p)) {
         let id = id.spec().id.to_owned();
         if !all.contains(&id) {

@@ -112,11 +112,17 @@ fn features_of_recordings_are_those_of_the_run() {
         for rate in [50e3, 100e3] {
             let trace = run(&drive, span, rate);
             let own = of_run(&trace, &drive);
-            let steady = own.steady.as_ref().unwrap_or_else(|e| panic!("{text}: {e}"));
+            let steady = own
+                .steady
+                .as_ref()
+                .unwrap_or_else(|e| panic!("{text}: {e}"));
             for noise in [20e-9, 150e-9] {
                 let name = format!("{text} at {rate} Hz with {noise} m");
                 let found = of_recording(&recorded(&trace, trace.len(), noise));
-                let same = found.steady.as_ref().unwrap_or_else(|e| panic!("{name}: {e}"));
+                let same = found
+                    .steady
+                    .as_ref()
+                    .unwrap_or_else(|e| panic!("{name}: {e}"));
                 assert_eq!(found.periods.len(), own.periods.len(), "{name}");
                 let (a, b) = (found.period.clone().unwrap(), own.period.clone().unwrap());
                 assert!((a / b - 1.0).abs() < 1e-3, "{name}: {a} of {b}");

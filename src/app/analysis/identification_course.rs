@@ -60,7 +60,8 @@ impl Identification {
     /// Whether the device, as it is, keeps a step from being taken.
     pub fn needs_fit(&self) -> bool {
         let may_be_the_device = |a: &crate::fit::paper_steps::guide::Allowance| {
-            a.by.as_ref().is_err_and(|missing| missing.may_be_the_device)
+            a.by.as_ref()
+                .is_err_and(|missing| missing.may_be_the_device)
         };
         self.first.is_some() || self.allowances.iter().any(may_be_the_device)
     }
@@ -186,7 +187,11 @@ mod tests {
         let mut setup = built_in::setup();
         let fitting = Fitting::default();
         let mut guide = Identification::default();
-        assert_eq!(guide.to_free(&fitting, &setup), None, "nothing is known yet");
+        assert_eq!(
+            guide.to_free(&fitting, &setup),
+            None,
+            "nothing is known yet"
+        );
         guide.allowances = vec![Allowance {
             step: Step::Adhesion,
             by: Err(Missing {

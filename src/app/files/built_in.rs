@@ -128,10 +128,16 @@ mod tests {
         let overlay = made_up(1).expect("the built-in recording can be read");
         assert!(overlay.recording.warnings.is_empty());
         assert!(overlay.recording.voltage.is_some() && overlay.recording.cantilever.is_some());
-        for (csv, drive) in [(MADE_UP_CSV, "square:15Hz:8V"), (SWEEP_CSV, "chirp:5Hz:100Hz:8V")] {
+        for (csv, drive) in [
+            (MADE_UP_CSV, "square:15Hz:8V"),
+            (SWEEP_CSV, "chirp:5Hz:100Hz:8V"),
+        ] {
             let text = String::from_utf8_lossy(&csv[..300]);
             assert!(text.starts_with('#') && text.contains("made up"), "{text}");
-            assert!(text.contains(drive) && text.contains("Cs=2.4e-21"), "{text}");
+            assert!(
+                text.contains(drive) && text.contains("Cs=2.4e-21"),
+                "{text}"
+            );
         }
         let sweep = sweep(2).expect("the sweep can be read");
         assert!(sweep.recording.warnings.is_empty());

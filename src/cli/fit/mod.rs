@@ -280,7 +280,10 @@ mod tests {
                 assert_eq!(a.samples, b.samples);
                 let (a, b) = (&a.recording, &b.recording);
                 assert_eq!((&a.time, &a.voltage), (&b.time, &b.voltage));
-                assert_eq!((&a.proof_mass, &a.cantilever), (&b.proof_mass, &b.cantilever));
+                assert_eq!(
+                    (&a.proof_mass, &a.cantilever),
+                    (&b.proof_mass, &b.cantilever)
+                );
             }
         }
     }

@@ -356,7 +356,10 @@ mod tests {
         println!("{:?}", guidance.first);
         let first = guidance.first.expect("it is far off");
         assert!(first.contains("times the noise") && !first.contains("Fit the whole"));
-        let unfollowed = guidance.allowances.iter().find(|a| a.step == Step::Restitution);
+        let unfollowed = guidance
+            .allowances
+            .iter()
+            .find(|a| a.step == Step::Restitution);
         let missing = unfollowed.and_then(|a| a.by.as_ref().err());
         assert!(missing.is_none_or(|m| m.may_be_the_device), "{missing:?}");
     }

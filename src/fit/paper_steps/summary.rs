@@ -69,7 +69,9 @@ pub fn summary<'a>(
                 summary.untold.push(untold(reason, missing.record));
             }
             (None, None) => {
-                summary.untold.push(untold("not taken yet".to_owned(), None));
+                summary
+                    .untold
+                    .push(untold("not taken yet".to_owned(), None));
             }
         }
     }
@@ -187,7 +189,11 @@ mod tests {
         let steps: Vec<Step> = summary.untold.iter().map(|u| u.step).collect();
         let rest = [Step::Drive, Step::Adhesion, Step::Film, Step::Sensitivity];
         assert_eq!(steps, rest);
-        assert!(summary.untold[0].text().contains("Record whole slow cycles"));
+        assert!(
+            summary.untold[0]
+                .text()
+                .contains("Record whole slow cycles")
+        );
         assert_eq!(summary.untold[1].text(), "the releases scatter.");
     }
 }

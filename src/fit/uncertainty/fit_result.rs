@@ -210,7 +210,9 @@ fn remarks(
                 "no event that was found depends on it"
             };
             let record = recording_for(&p.id);
-            let record = record.map_or(String::new(), |text| format!("; to determine it record {text}"));
+            let record = record.map_or(String::new(), |text| {
+                format!("; to determine it record {text}")
+            });
             out.push(format!(
                 "{} is not determined by these recordings: {why}{record}",
                 p.id

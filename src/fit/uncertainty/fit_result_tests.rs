@@ -62,7 +62,10 @@ fn the_recording_that_would_determine_a_parameter_is_named() {
         assert_eq!(said.len(), 1, "{said:?}");
         assert!(said[0].starts_with(id), "{said:?}");
         match record {
-            Some(text) => assert!(said[0].contains("record") && said[0].contains(text), "{said:?}"),
+            Some(text) => assert!(
+                said[0].contains("record") && said[0].contains(text),
+                "{said:?}"
+            ),
             None => assert!(!said[0].contains("to determine it"), "{said:?}"),
         }
     }

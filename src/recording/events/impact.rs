@@ -242,7 +242,10 @@ impl Curve {
         // A curve that plainly misses its samples is worse than an uncertain one: the ring of the
         // second mode bends it within the window.
         while degree < highest && degree + 2 < n {
-            let misses: f64 = points.iter().map(|p| (chosen.value(p.0) - p.1).powi(2)).sum();
+            let misses: f64 = points
+                .iter()
+                .map(|p| (chosen.value(p.0) - p.1).powi(2))
+                .sum();
             let freedom = (n - degree - 1) as f64;
             if (misses / freedom).sqrt() <= MAX_MISS_SIGMAS * noise {
                 break;

@@ -121,8 +121,8 @@ fn from_voltage(time: TimeAxis, voltage: &[f64]) -> Result<Vec<Cycle>, Missing> 
     // A square that starts at its top has just risen, a sine that starts at its middle just rises:
     // the period counts from there.
     let begins_at_top = first.is_some_and(|i| voltage[i] >= levels.top);
-    let begins_a_cycle = begins_at_top
-        || first.is_some_and(|i| (voltage[i] - levels.middle).abs() <= levels.band);
+    let begins_a_cycle =
+        begins_at_top || first.is_some_and(|i| (voltage[i] - levels.middle).abs() <= levels.band);
     let begin = first.filter(|_| begins_a_cycle).map(|i| time.at(i));
     let end = (0..voltage.len()).rfind(|i| voltage[*i].is_finite());
     let end = end.map_or(f64::NAN, |i| time.at(i));

@@ -15,10 +15,7 @@ impl Features {
             return Vec::new();
         };
         let whole = self.periods.iter().skip(steady.first);
-        whole
-            .filter(|p| !p.gap)
-            .filter_map(|p| p.bounces)
-            .collect()
+        whole.filter(|p| !p.gap).filter_map(|p| p.bounces).collect()
     }
 
     /// The bounces as counted: `1`, `0, 1, 1`, or `0 to 2` where there are many periods.
@@ -93,7 +90,10 @@ mod tests {
     fn bounces_are_said_as_they_were_counted() {
         let says = |bounces: &[u32]| of(bounces).bounces_sentence();
         for (bounces, text) in [
-            (&[0, 0, 1][..], "0, 0, 1 bounces in three periods, 0.33 in the mean"),
+            (
+                &[0, 0, 1][..],
+                "0, 0, 1 bounces in three periods, 0.33 in the mean",
+            ),
             (&[1, 1, 1], "1 bounce in each of three periods"),
             (&[2, 2], "2 bounces in each of two periods"),
             (&[0], "0 bounces in one period"),

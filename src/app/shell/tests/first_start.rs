@@ -58,7 +58,9 @@ fn until(harness: &mut Harness<'_, Shell>, what: &str, done: impl Fn(&State) -> 
 fn press(harness: &mut Harness<'_, Shell>, label: &str) {
     let all = harness.get_all_by_role_and_label(Role::Button, label);
     let lowest = all.max_by(|a, b| a.rect().top().total_cmp(&b.rect().top()));
-    lowest.unwrap_or_else(|| panic!("no button {label}")).click();
+    lowest
+        .unwrap_or_else(|| panic!("no button {label}"))
+        .click();
     harness.run_steps(3);
 }
 
@@ -79,10 +81,19 @@ fn the_first_hint_can_be_followed_to_its_end() {
     let [first, ..] = built_in::first_start_hint();
     assert!(says(&harness, &first), "the hint is shown");
     // Each parameter that it names has a slider; moved to the truth they leave the noise.
-    wait(&mut harness, |shown| shown.total_misfit().is_some_and(|m| m > 5.0));
+    wait(&mut harness, |shown| {
+        shown.total_misfit().is_some_and(|m| m > 5.0)
+    });
     for (id, truth) in TRUTH {
         assert!(first.contains(id.spec().id), "{first}");
-        let parameters = &mut harness.state_mut().services.state.setup.preset.model.parameters;
+        let parameters = &mut harness
+            .state_mut()
+            .services
+            .state
+            .setup
+            .preset
+            .model
+            .parameters;
         parameters.set(id, truth);
         harness.run_steps(2);
     }
@@ -92,12 +103,16 @@ fn the_first_hint_can_be_followed_to_its_end() {
     // The other way: F, Fit, Apply.
     harness.state_mut().services.state.ask(Command::ResetAll);
     harness.run_steps(3);
-    wait(&mut harness, |shown| shown.total_misfit().is_some_and(|m| m > 5.0));
+    wait(&mut harness, |shown| {
+        shown.total_misfit().is_some_and(|m| m > 5.0)
+    });
     harness.key_press(Key::F);
     harness.run_steps(3);
     assert!(state(&harness).fitting.open && first.contains("press F"));
     press(&mut harness, "Fit");
-    until(&mut harness, "the result", |state| state.fitting.result.is_some());
+    until(&mut harness, "the result", |state| {
+        state.fitting.result.is_some()
+    });
     let result = state(&harness).fitting.result.clone().expect("it is there");
     for p in &result.parameters {
         assert!(p.std_error.is_finite(), "{} is not determined", p.id);
@@ -136,7 +151,9 @@ fn the_guided_identification_comes_to_its_end_on_the_recordings_of_the_first_sta
     });
     assert!(!says(&harness, "Freed: "), "nothing more has to be freed");
     press(&mut harness, "Take all steps");
-    until(&mut harness, "the end", |state| state.identification.is_at_its_end());
+    until(&mut harness, "the end", |state| {
+        state.identification.is_at_its_end()
+    });
     assert!(says(&harness, "The identification is at its end"));
     for value in ["alpha = ", "Ca = ", "Ca0 = ", "Cs = ", "gp = "] {
         assert!(says(&harness, value), "{value}");
