@@ -171,7 +171,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cases = [
         ("no recording", vec![]),
         (OWN_DRIVES, experiments()?),
-        ("the built-in one, 5e3 samples", built_in::setup().overlays),
+        (
+            "the built-in ones, 2.5e4 samples",
+            built_in::setup().overlays,
+        ),
         ("1e6 samples in 20 s", vec![recording(1_000_000, 5e4)?]),
         ("1e7 samples in 200 s", vec![recording(10_000_000, 5e4)?]),
         ("1e6 samples in 0.4 s", vec![recording(1_000_000, 2.5e6)?]),

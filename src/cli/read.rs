@@ -45,7 +45,7 @@ pub fn both_sides(
 ) -> Result<(Vec<Part>, Vec<Part>), Failure> {
     let recordings = read(train)?;
     if held_out.is_empty() {
-        return Ok(recordings.into_iter().map(Part::split).unzip());
+        return Ok(Part::sides(recordings, Vec::new()));
     }
     let held_out = read(held_out)?;
     for (own, other) in recordings
@@ -60,10 +60,7 @@ pub fn both_sides(
             )));
         }
     }
-    Ok((
-        recordings.into_iter().map(Part::whole).collect(),
-        held_out.into_iter().map(Part::whole).collect(),
-    ))
+    Ok(Part::sides(recordings, held_out))
 }
 
 /// Whether two files have the same bytes, whatever their names.

@@ -26,6 +26,7 @@ pub mod options;
 pub mod paper_steps;
 pub(crate) mod pipeline;
 pub mod problem;
+mod recipes;
 pub mod residual;
 pub mod segment;
 pub mod solve;
@@ -37,7 +38,7 @@ pub mod uncertainty;
 
 pub use self::error::FitError;
 pub use self::options::Part;
-pub use self::options::{FitOptions, FreeNuisances, default_free};
+pub use self::options::{FitOptions, FreeNuisances, default_free, whole_device};
 pub use self::pipeline::{evaluate, fit};
 pub use self::solve::levenberg_marquardt::{Control, Progress};
 pub use self::uncertainty::fit_result::{FitResult, FittedParameter, Misfit};

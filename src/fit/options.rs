@@ -135,6 +135,30 @@ pub fn default_free(model: &Model) -> Vec<String> {
     free
 }
 
+/// Ids of everything of a device that recordings can tell: those of [`default_free`], and its
+/// frequencies, its shape and how the drive acts on it, which differ from one piece to the next.
+///
+/// # Examples
+/// ```
+/// use impactscope::fit::whole_device;
+/// use impactscope::model::preset::Preset;
+///
+/// let paper = Preset::default().model;
+/// assert!(["Cs", "f2", "shape_c1"].iter().all(|id| whole_device(&paper).contains(&(*id).to_owned())));
+/// ```
+pub fn whole_device(model: &Model) -> Vec<String> {
+    use crate::model::parameter::ParameterId as P;
+    let mut all = default_free(model);
+    let structure = [P::F1, P::F2, P::ShapeC1, P::ShapeC2, P::ShapeP2, P::DriveP];
+    for id in structure.into_iter().filter(|p| model.uses(*p)) {
+        let id = id.spec().id.to_owned();
+        if !all.contains(&id) {
+            all.push(id);
+        }
+    }
+    all
+}
+
 /// A range of samples of a recording.
 #[derive(Debug, Clone)]
 pub struct Part {
@@ -149,6 +173,19 @@ impl Part {
     pub fn whole(recording: Arc<Recording>) -> Self {
         let samples = 0..recording.len();
         Self { recording, samples }
+    }
+
+    /// What is fitted and what is held out: the recordings as they are given; without held-out
+    /// ones the last third of each. Window and command line both ask here.
+    pub fn sides(
+        train: Vec<Arc<Recording>>,
+        held_out: Vec<Arc<Recording>>,
+    ) -> (Vec<Self>, Vec<Self>) {
+        if held_out.is_empty() {
+            return train.into_iter().map(Self::split).unzip();
+        }
+        let whole = |all: Vec<Arc<Recording>>| all.into_iter().map(Self::whole).collect();
+        (whole(train), whole(held_out))
     }
 
     /// A recording cut in two: its first two thirds, to fit to, and the rest, to hold out.

@@ -207,6 +207,9 @@ fn reset_all(services: &mut Services) {
     };
     state.cursors = Cursors::default();
     state.selected = state.setup.overlays.first().map(|o| o.id);
+    // A recording that is opened later must not take the number of one of these.
+    let shown = state.setup.overlays.iter().map(|o| o.id).max();
+    services.last_overlay_id = services.last_overlay_id.max(shown.unwrap_or(0));
     services.shows_hint = true;
 }
 

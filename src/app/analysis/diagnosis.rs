@@ -8,13 +8,13 @@ use eframe::egui::Context;
 
 use super::diagnosis_answer::{Answer, Asked};
 use super::diagnosis_view::Look;
-use super::fit::parts;
 use super::job::Job;
 use super::sealed_trial::Trial;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::Role;
 use crate::diagnose::findings::Remark;
 use crate::diagnose::{DiagnoseControl, DiagnoseOptions, DiagnoseProgress, Diagnosis, diagnose};
+use crate::fit::Part;
 use crate::model::Model;
 
 /// A running diagnosis.
@@ -186,7 +186,7 @@ pub fn obstacle(setup: &Setup) -> Option<String> {
 }
 
 fn ask(model: &Model, asked: &Asked, control: &DiagnoseControl<'_>) -> Result<Diagnosis, String> {
-    let (train, held_out) = parts(asked.side(Role::Train), asked.side(Role::HeldOut));
+    let (train, held_out) = Part::sides(asked.side(Role::Train), asked.side(Role::HeldOut));
     let options = DiagnoseOptions {
         by_hand: asked
             .by_hand

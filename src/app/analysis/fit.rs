@@ -91,12 +91,7 @@ impl Fitting {
         self.result = None;
         self.profile.clear();
         let model = setup.preset.model.clone();
-        let options = FitOptions {
-            free: self.free(setup),
-            ..FitOptions::for_model(&model)
-        };
-        let of = |role: Role| -> Vec<Arc<Recording>> { recordings(setup, role) };
-        let (train, held_out) = parts(of(Role::Train), of(Role::HeldOut));
+        let (train, held_out, options) = inputs(setup, self.free(setup));
         self.asked = Some(Arc::new((train.clone(), options.clone())));
         self.moved = (options.free.clone(), Some(Arc::new(model.clone())));
         self.shown = true;
@@ -240,20 +235,16 @@ fn is_physical(id: crate::model::parameter::ParameterId) -> bool {
     !matches!(id, P::X0 | P::V0 | P::OffsetP | P::OffsetC | P::Noise)
 }
 
-/// Recordings as parts to fit and parts held out. If none is held out, the last third of
-/// each one is.
-pub(crate) fn parts(
-    train: Vec<Arc<Recording>>,
-    held_out: Vec<Arc<Recording>>,
-) -> (Vec<Part>, Vec<Part>) {
-    if held_out.is_empty() {
-        train.into_iter().map(Part::split).unzip()
-    } else {
-        (
-            train.into_iter().map(Part::whole).collect(),
-            held_out.into_iter().map(Part::whole).collect(),
-        )
-    }
+/// What a fit in the window is given: parts to fit, parts held out, and the options, for the
+/// parameters `free`. The command line gives the same for the same recordings.
+pub(crate) fn inputs(setup: &Setup, free: Vec<String>) -> (Vec<Part>, Vec<Part>, FitOptions) {
+    let (train, held_out) = (recordings(setup, Role::Train), recordings(setup, Role::HeldOut));
+    let (train, held_out) = Part::sides(train, held_out);
+    let options = FitOptions {
+        free,
+        ..FitOptions::for_model(&setup.preset.model)
+    };
+    (train, held_out, options)
 }
 
 /// A recording as the person has set it up: its readings scaled and shifted, its drive, and what of

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use eframe::egui::Context;
 
 use super::fit::recordings;
+use super::identification_course::{Course, WholeFit};
 use super::job::Job;
 use super::recording_roles::with_role;
 use crate::app::setup::current_setup::Setup;
@@ -64,6 +65,10 @@ pub struct Identification {
     pub findings: BTreeMap<&'static str, Result<StepResult, String>>,
     /// The step shown.
     pub chosen: Option<Step>,
+    /// What it does on its own, as the person asked.
+    pub course: Course,
+    /// The fit of the whole device that the present values come from.
+    pub whole: Option<WholeFit>,
 }
 
 impl Identification {
@@ -81,6 +86,8 @@ impl Identification {
             // Results of one device must not be applied to another.
             self.of.clone_from(&setup.preset.model.name);
             self.findings.clear();
+            self.course = Course::ByHand;
+            self.whole = None;
             if let Some((_, job)) = self.job.take() {
                 job.cancel();
             }
@@ -111,6 +118,11 @@ impl Identification {
             }
             self.job = None;
         }
+    }
+
+    /// Whether the guide knows which steps the recordings allow.
+    pub fn has_looked(&self) -> bool {
+        !self.allowances.is_empty()
     }
 
     /// Examines which steps the recordings allow for the present device.

@@ -6,6 +6,7 @@ pub(super) mod diagnosis_answer;
 pub mod diagnosis_view;
 pub mod fit;
 pub mod identification;
+pub mod identification_course;
 pub mod job;
 pub(super) mod recording_noise;
 pub mod recording_roles;

@@ -16,18 +16,25 @@ use crate::recording::csv::{ImportSettings, import_bytes_auto};
 use crate::trial::demo;
 
 /// The synthetic recording that comes with the program: the `paper` device with other
-/// parameters.
+/// parameters under a square. Its bounces tell alpha.
 pub const MADE_UP_CSV: &[u8] = include_bytes!("../../../assets/made-up-paper.csv");
 /// Its name in the list of recordings.
 pub const MADE_UP_NAME: &str = "synthetic recording";
+/// The same device under a sweep: stays on the ground of many lengths tell Ca and Ca0.
+pub const SWEEP_CSV: &[u8] = include_bytes!("../../../assets/made-up-sweep.csv");
+/// Its name in the list of recordings.
+pub const SWEEP_NAME: &str = "synthetic sweep";
 /// Its name in older sessions.
 const OLD_MADE_UP_NAME: &str = "made-up recording";
 
-/// The hint of the first start: three things to try.
+/// The hint of the first start: three things to try. A test follows the first one to its end.
 pub fn first_start_hint() -> [String; 3] {
     let key = |command: Command| command.keys().unwrap_or_default();
     [
-        "The orange curve is a synthetic recording of a device with other parameters: drag Cs, alpha and Ca0 until the residual is flat.".to_owned(),
+        format!(
+            "The recordings are synthetic, of one device with other parameters: drag Cs, alpha, Ca0 and Ca and watch the misfit fall towards 1 x noise. Or press {}, then Fit and Apply: the fit finds them.",
+            key(Command::FitPanel)
+        ),
         format!(
             "Press {} to watch the device in slow motion, {} to return to the whole span, {} to keep the current curve for comparison.",
             key(Command::SetMode(Mode::Live)),
@@ -35,16 +42,19 @@ pub fn first_start_hint() -> [String; 3] {
             key(Command::KeepCurve)
         ),
         format!(
-            "Drop a CSV file on the window to compare it with the simulation; press {} for keys and mouse gestures.",
+            "Drop a CSV file on the window to compare it with the simulation; press {} for the paper's identification step by step, {} for keys and mouse gestures.",
+            key(Command::Identification),
             key(Command::Help)
         ),
     ]
 }
 
-/// The `paper` device at its usual drive with the made-up recording over it.
+/// The `paper` device at its usual drive with the made-up recordings of one other device. Together
+/// they determine everything that a fit frees.
 pub fn setup() -> Setup {
     let mut setup = from_preset(Preset::default());
     setup.overlays.extend(made_up(1));
+    setup.overlays.extend(sweep(2));
     setup
 }
 
@@ -69,11 +79,27 @@ pub fn made_up(id: u64) -> Option<Overlay> {
     Some(unread(id, Arc::new(recording)))
 }
 
+/// The made-up sweep as overlay number `id`.
+pub fn sweep(id: u64) -> Option<Overlay> {
+    let recording = import_bytes_auto(SWEEP_NAME, SWEEP_CSV).ok()?;
+    let overlay = unread(id, Arc::new(recording));
+    Some(Overlay {
+        color: 1,
+        ..overlay
+    })
+}
+
+/// Whether a recording of that name is one of the first start's.
+pub fn is_of_first_start(name: &str) -> bool {
+    matches!(name, MADE_UP_NAME | SWEEP_NAME)
+}
+
 /// The built-in recording of that name as overlay number `id`: one of the example's, or the
 /// first start's if `name` is `None`.
 pub fn shipped(name: Option<&str>, id: u64) -> Option<Overlay> {
     match name {
         None | Some(MADE_UP_NAME | OLD_MADE_UP_NAME) => made_up(id),
+        Some(SWEEP_NAME) => sweep(id),
         Some(name) => Some(unread(id, demo::recording(name)?)),
     }
 }
@@ -103,8 +129,20 @@ mod tests {
         let overlay = made_up(1).expect("the built-in recording can be read");
         assert!(overlay.recording.warnings.is_empty());
         assert!(overlay.recording.voltage.is_some() && overlay.recording.cantilever.is_some());
-        let text = String::from_utf8_lossy(&MADE_UP_CSV[..200]);
-        assert!(text.starts_with('#') && text.contains("made up"), "{text}");
+        for (csv, drive) in [
+            (MADE_UP_CSV, "square:15Hz:8V"),
+            (SWEEP_CSV, "chirp:5Hz:100Hz:8V"),
+        ] {
+            let text = String::from_utf8_lossy(&csv[..300]);
+            assert!(text.starts_with('#') && text.contains("made up"), "{text}");
+            assert!(
+                text.contains(drive) && text.contains("Cs=2.4e-21"),
+                "{text}"
+            );
+        }
+        let sweep = sweep(2).expect("the sweep can be read");
+        assert!(sweep.recording.warnings.is_empty());
+        assert!(MADE_UP_CSV.len() + SWEEP_CSV.len() < 1_500_000);
     }
 
     #[test]
@@ -113,5 +151,7 @@ mod tests {
             let overlay = shipped(name, 1).expect("it is built in");
             assert_eq!(overlay.recording.name, MADE_UP_NAME);
         }
+        let overlay = shipped(Some(SWEEP_NAME), 2).expect("it is built in");
+        assert_eq!(overlay.recording.name, SWEEP_NAME);
     }
 }

@@ -29,7 +29,7 @@ pub fn load(state: &mut State, last: &mut OverlayId) -> Result<(), String> {
 
 /// Whether the example is loaded.
 pub fn is_loaded(setup: &Setup) -> bool {
-    let of_example = |o: &&Overlay| o.made_up && o.recording.name != built_in::MADE_UP_NAME;
+    let of_example = |o: &&Overlay| o.made_up && !built_in::is_of_first_start(&o.recording.name);
     setup.overlays.iter().filter(of_example).count() > 1
 }
 

@@ -247,6 +247,47 @@ mod tests {
         }
     }
 
+    #[cfg(feature = "gui")]
+    #[test]
+    fn the_window_asks_for_the_same_fit() {
+        use crate::app::analysis::fit::{Fitting, inputs};
+
+        let setup = crate::app::files::built_in::setup();
+        let (train, held_out, options) = inputs(&setup, Fitting::default().free(&setup));
+        let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+        let files = ["made-up-paper.csv", "made-up-sweep.csv"].map(|name| assets.join(name));
+        let args = Arguments {
+            recordings: files.to_vec(),
+            preset: "paper".to_owned(),
+            free: Vec::new(),
+            held_out: Vec::new(),
+            set: Vec::new(),
+            effect: Vec::new(),
+            starts: 0,
+            seed: 0,
+            step: None,
+            profile: None,
+            out: None,
+            json: None,
+        };
+        let (preset, asked) = device_and_options(&args).ok().unwrap();
+        assert_eq!(preset.model, setup.preset.model);
+        assert_eq!(asked, options);
+        let (own_train, own_held_out) = read::both_sides(&files, &[]).ok().unwrap();
+        for (own, windows) in [(own_train, train), (own_held_out, held_out)] {
+            assert_eq!(own.len(), windows.len());
+            for (a, b) in own.iter().zip(&windows) {
+                assert_eq!(a.samples, b.samples);
+                let (a, b) = (&a.recording, &b.recording);
+                assert_eq!((&a.time, &a.voltage), (&b.time, &b.voltage));
+                assert_eq!(
+                    (&a.proof_mass, &a.cantilever),
+                    (&b.proof_mass, &b.cantilever)
+                );
+            }
+        }
+    }
+
     #[test]
     fn messages_speak_of_command_line_options() {
         let unused = FitError::IrrelevantParameter {

@@ -16,7 +16,7 @@ use crate::fit::paper_steps::model_distance_warning;
 use crate::fit::paper_steps::outcome::{StepResult, take};
 use crate::fit::paper_steps::restitution::Restitution;
 use crate::fit::paper_steps::sensitivity::{Sensitivity, TABLE_2_ROWS, ZERO_SHIFT};
-use crate::fit::{Control, FitError, FitOptions, FitResult};
+use crate::fit::{Control, FitError, FitOptions, FitResult, whole_device};
 use crate::model::Model;
 use crate::model::unit::{counted, format_quantity};
 use crate::recording::Recording;
@@ -33,6 +33,15 @@ pub const STEP_NAMES: [&str; 6] = [
 
 /// How the whole device is fitted before a step.
 const FIT_WHOLE_DEVICE: &str = "On the command line: impactscope fit RECORDING... --out device.toml, then --preset device.toml with each step.";
+
+/// What to do before the steps where the device is far from the recordings: ever more is freed, and
+/// where that is not enough, physics is missing.
+fn fit_first(model: &Model) -> String {
+    format!(
+        "Fit the whole device first. {FIT_WHOLE_DEVICE}\nIf it is still as far off after that, free its frequencies and shape too: --preset device.toml --free {}\nIf that does not help either, the device lacks something: impactscope diagnose RECORDING...\n",
+        whole_device(model).join(",")
+    )
+}
 
 /// The input of a step.
 pub struct StepInputs<'a> {
@@ -79,7 +88,7 @@ pub fn run(
                 // A cancelled check is no reason against a step.
                 return Err(FitError::Cancelled.into());
             }
-            guided(&found)
+            guided(model, &found)
         }
         Some(StepResult::Drive(found)) => drive(found),
         Some(StepResult::Restitution(found)) => bounces(found),
@@ -103,7 +112,7 @@ fn distance_warning(off: f64) -> String {
     })
 }
 
-fn guided(found: &Guidance) -> Outcome {
+fn guided(model: &Model, found: &Guidance) -> Outcome {
     let allowances = &found.allowances;
     let mut text = String::from("Steps of the identification, in the paper's order:\n");
     for Allowance { step, by } in allowances {
@@ -128,7 +137,8 @@ fn guided(found: &Guidance) -> Outcome {
     }
     if let Some(first) = &found.first {
         text += &format!(
-            "{first} After that, steps marked \"no\" may become possible with the same recordings.\n{FIT_WHOLE_DEVICE}\n"
+            "{first} When it is nearer, steps marked \"no\" may become possible with the same recordings.\n{}",
+            fit_first(model)
         );
     } else if let Some(Allowance { step, .. }) = allowances.iter().find(|a| a.by.is_ok()) {
         text += &format!(
@@ -140,6 +150,13 @@ fn guided(found: &Guidance) -> Outcome {
         } else {
             ".\n"
         };
+        let unread = |a: &Allowance| a.by.as_ref().is_err_and(|m| m.may_be_the_device);
+        if allowances.iter().any(unread) {
+            text += &format!(
+                "Steps marked \"no\" may become possible with the same recordings. {}",
+                fit_first(model)
+            );
+        }
     }
     let steps: Vec<Value> = allowances
         .iter()

@@ -7,12 +7,13 @@ use super::adhesion::adhesion;
 use super::drive::{fit_drive, fit_drive_to};
 use super::film::rings::rings_in;
 use super::restitution::restitution;
-use super::{StepError, model_distance_warning};
+use super::{StepError, model_distance};
 use crate::fit::contact_readings::{ContactReadings, inspect, sample_contacts};
 use crate::fit::contact_sample::Sampled;
 use crate::fit::error::FitError;
 use crate::fit::inspect::recording_summary::RecordingSummary;
-use crate::fit::options::{FitOptions, Part};
+use crate::fit::options::{FitOptions, Part, default_free, whole_device};
+use crate::fit::recipes::{BREAK_OFF, SLOW_CYCLES, SLOW_PULLS, TAPS};
 use crate::fit::solve::levenberg_marquardt::Control;
 use crate::fit::thresholds::MAX_DEVICE_NOISE_RATIO;
 use crate::model::Model;
@@ -78,10 +79,10 @@ impl Step {
     /// The recording that it needs.
     pub fn recipe(self) -> &'static str {
         match self {
-            Step::Drive => "whole slow cycles, for example 5 Hz sines of 6 V and 8 V",
-            Step::Restitution => "a 300 Hz square or sine that just begins to hit the ground",
-            Step::Adhesion => "5 Hz ramped squares of 8 V with several lambda",
-            Step::Film => "a 5 Hz ramped square of 8 V, with the ring after break-off",
+            Step::Drive => SLOW_CYCLES,
+            Step::Restitution => TAPS,
+            Step::Adhesion => SLOW_PULLS,
+            Step::Film => BREAK_OFF,
             Step::Sensitivity => "what restitution, adhesion and film need together",
         }
     }
@@ -104,6 +105,9 @@ pub struct Missing {
     /// What to record so that it can; `None` where no recording helps, as the device lacks
     /// what the step is about, or the reason already says what to do.
     pub record: Option<&'static str>,
+    /// Whether bounces or releases were seen that the device, as it is, does not follow: a fit of
+    /// the whole device may allow the step with the same recordings.
+    pub may_be_the_device: bool,
 }
 
 /// What the recordings allow.
@@ -111,14 +115,38 @@ pub struct Missing {
 pub struct Guidance {
     /// Every step, in the paper's order.
     pub allowances: Vec<Allowance>,
-    /// What to do before any step, if the device is too far from the recordings for what
-    /// happens at the ground to be read.
+    /// How far the device is from the recordings, if that is too far for what happens at the ground
+    /// to be read. Then it must be fitted before any step: see [`next_to_free`].
     pub first: Option<String>,
     /// Bounces and releases as the steps read them, so that these need not again; `None`
     /// where they cannot be read, or were not all read.
     pub readings: Option<ContactReadings>,
     /// In how many segments of long recordings they were read; `None` if in all.
     pub sampled: Option<Sampled>,
+}
+
+/// What to free in a fit of the whole device before the steps: what is usually tuned, and where a
+/// fit of that (`fitted` are the ids that the device's values come from) did not bring it near
+/// enough, its frequencies and shape too. `None` if all that has been fitted: then the device lacks
+/// something that the recordings show.
+///
+/// # Examples
+/// ```
+/// use impactscope::fit::paper_steps::guide::next_to_free;
+/// use impactscope::fit::{default_free, whole_device};
+/// use impactscope::model::preset::Preset;
+///
+/// let paper = Preset::default().model;
+/// let first = next_to_free(&paper, &[]);
+/// assert_eq!(first, Some(default_free(&paper)));
+/// let second = next_to_free(&paper, &default_free(&paper));
+/// assert_eq!(second, Some(whole_device(&paper)));
+/// assert_eq!(next_to_free(&paper, &whole_device(&paper)), None);
+/// ```
+#[must_use]
+pub fn next_to_free(model: &Model, fitted: &[String]) -> Option<Vec<String>> {
+    let mut stages = [default_free(model), whole_device(model)].into_iter();
+    stages.find(|ids| ids.iter().any(|id| !fitted.contains(id)))
 }
 
 /// Checks what each step needs: bounces and releases are read with `model` unchanged, rings are
@@ -170,7 +198,10 @@ pub fn guide(
         .as_ref()
         .map(|readings| readings.off)
         .unwrap_or_default();
-    let first = far_from_data(off.eventless).or_else(|| model_distance_warning(off.read));
+    let (bounces_unread, releases_unread) = read
+        .as_ref()
+        .map_or((false, false), |r| (r.unread > 0, r.unread_releases > 0));
+    let first = far_from_data(off.eventless).or_else(|| model_distance(off.read));
     let missing: Vec<&str> = [
         (Step::Restitution, restitution.is_err()),
         (Step::Adhesion, adhesion.is_err()),
@@ -187,23 +218,28 @@ pub fn guide(
         Err(Missing {
             reason: format!("these steps come first: {}", missing.join(", ")),
             record: (!lacks_ground).then(|| Step::Sensitivity.recipe()),
+            may_be_the_device: bounces_unread || releases_unread,
         })
     };
     let asked = |step: Step, by: Result<Vec<String>, StepError>| Allowance {
         step,
-        by: by.map_err(|error| match error {
-            StepError::Unsuited { reason, .. } => Missing {
+        by: by.map_err(|error| {
+            let (reason, record) = match error {
+                StepError::Unsuited { reason, .. } => (reason, Some(step.recipe())),
+                StepError::Fit(FitError::NoRecording) => {
+                    ("there is no recording".to_owned(), Some(step.recipe()))
+                }
+                other => (other.to_string(), None),
+            };
+            Missing {
                 reason,
-                record: Some(step.recipe()),
-            },
-            StepError::Fit(FitError::NoRecording) => Missing {
-                reason: "there is no recording".to_owned(),
-                record: Some(step.recipe()),
-            },
-            other => Missing {
-                reason: other.to_string(),
-                record: None,
-            },
+                record,
+                may_be_the_device: match step {
+                    Step::Restitution => bounces_unread,
+                    Step::Adhesion => releases_unread,
+                    Step::Drive | Step::Film | Step::Sensitivity => false,
+                },
+            }
         }),
     };
     Guidance {
@@ -223,8 +259,8 @@ pub fn guide(
     }
 }
 
-/// What to do first if the model is `off` by too many times the noise where the mass hardly
-/// touches the ground.
+/// That the model is `off` by too many times the noise where the mass hardly
+/// touches the ground, if it is.
 fn far_from_data(off: f64) -> Option<String> {
     (off > MAX_DEVICE_NOISE_RATIO).then(|| {
         let how = if off.is_finite() {
@@ -232,9 +268,7 @@ fn far_from_data(off: f64) -> Option<String> {
         } else {
             "cannot follow these recordings,".to_owned()
         };
-        format!(
-            "The device {how} even where the mass hardly touches the ground. Fit the whole device first."
-        )
+        format!("The device {how} even where the mass hardly touches the ground.")
     })
 }
 
@@ -337,9 +371,16 @@ mod tests {
         assert_eq!(look(&right).first, None);
         let other = [(ParameterId::Eta, 4.2e-7), (ParameterId::Zeta1, 0.04)];
         let far = drives.map(|(drive, span)| made(drive, span, 50e3, 20e-9, &other));
-        let first = look(&far).first;
-        println!("{first:?}");
-        assert!(first.is_some_and(|text| text.contains("times the noise")));
+        let guidance = look(&far);
+        println!("{:?}", guidance.first);
+        let first = guidance.first.expect("it is far off");
+        assert!(first.contains("times the noise") && !first.contains("Fit the whole"));
+        let unfollowed = guidance
+            .allowances
+            .iter()
+            .find(|a| a.step == Step::Restitution);
+        let missing = unfollowed.and_then(|a| a.by.as_ref().err());
+        assert!(missing.is_none_or(|m| m.may_be_the_device), "{missing:?}");
     }
 
     #[test]

@@ -10,6 +10,7 @@ pub mod line_fit;
 pub mod outcome;
 pub mod restitution;
 pub mod sensitivity;
+pub mod summary;
 #[cfg(test)]
 mod tests;
 
@@ -58,11 +59,19 @@ pub enum StepError {
     },
 }
 
-/// A warning if the model is `off` by too many times the noise in the segments that were read.
-pub fn model_distance_warning(off: f64) -> Option<String> {
+/// That the model is `off` by too many times the noise in the segments that were read, if it is.
+pub(super) fn model_distance(off: f64) -> Option<String> {
     (off > MAX_READING_NOISE_RATIO).then(|| {
         format!(
-            "Where bounces and releases were read, the model is off by {off:.1} times the noise. Their speeds and forces depend on its film and drive, and may be wrong by more than their errors say. Fit the whole device first, or take the film step."
+            "Where bounces and releases were read, the model is off by {off:.1} times the noise. Their speeds and forces depend on its film and drive, and may be wrong by more than their errors say."
         )
     })
+}
+
+/// The same with what to do.
+pub fn model_distance_warning(off: f64) -> Option<String> {
+    let warning = model_distance(off)?;
+    Some(format!(
+        "{warning} Fit the whole device first, or take the film step."
+    ))
 }

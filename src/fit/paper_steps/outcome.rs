@@ -74,6 +74,19 @@ pub fn take(
 }
 
 impl StepResult {
+    /// Whether its values can be given to a device: the film's cannot where the rings are not
+    /// followed.
+    #[must_use]
+    pub fn is_reliable(&self) -> bool {
+        match self {
+            StepResult::Film(found) => found.follows_rings(),
+            StepResult::Drive(_)
+            | StepResult::Restitution(_)
+            | StepResult::Adhesion(_)
+            | StepResult::Sensitivity(_) => true,
+        }
+    }
+
     /// Applies the result to the device; the sensitivity is a comparison and changes nothing.
     pub fn apply(&self, model: &mut Model) {
         let p = &mut model.parameters;

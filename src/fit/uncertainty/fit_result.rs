@@ -9,6 +9,7 @@ use super::normal_inverse::inverse;
 use super::sandwich_covariance::{sandwich_inflation, segment_gradients, with_observed_curvature};
 use crate::fit::error::FitError;
 use crate::fit::problem::prepare::Prepared;
+use crate::fit::recipes::recording_for;
 use crate::fit::residual::residual_rows::Row;
 use crate::fit::solve::normal_equations::normal_equations;
 use crate::fit::solve::point::{Point, residuals_at, threshold};
@@ -208,8 +209,12 @@ fn remarks(
             } else {
                 "no event that was found depends on it"
             };
+            let record = recording_for(&p.id);
+            let record = record.map_or(String::new(), |text| {
+                format!("; to determine it record {text}")
+            });
             out.push(format!(
-                "{} is not determined by these recordings: {why}",
+                "{} is not determined by these recordings: {why}{record}",
                 p.id
             ));
         } else if p.std_error > VAGUE_ERROR_SHARE * units[i] {

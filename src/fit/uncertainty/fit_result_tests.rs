@@ -42,3 +42,31 @@ fn segments_that_cannot_be_simulated_are_counted_as_set_aside() {
     let share = lost as f64 / whole.samples as f64;
     assert!((broken.set_aside - share).abs() < 1e-12, "{broken:?}");
 }
+
+#[test]
+fn the_recording_that_would_determine_a_parameter_is_named() {
+    for (id, record) in [
+        ("alpha", Some("300 Hz square")),
+        ("Ca0", Some("ramped squares of 8 V with several lambda")),
+        ("eta", None),
+    ] {
+        let unknown = FittedParameter {
+            id: id.to_owned(),
+            value: 1.0,
+            std_error: f64::INFINITY,
+            unit: "",
+            start: 1.0,
+            at_bound: false,
+        };
+        let said = remarks(&[unknown], &DMatrix::identity(1, 1), &[1.0], &[false]);
+        assert_eq!(said.len(), 1, "{said:?}");
+        assert!(said[0].starts_with(id), "{said:?}");
+        match record {
+            Some(text) => assert!(
+                said[0].contains("record") && said[0].contains(text),
+                "{said:?}"
+            ),
+            None => assert!(!said[0].contains("to determine it"), "{said:?}"),
+        }
+    }
+}

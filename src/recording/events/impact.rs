@@ -20,6 +20,9 @@ const FIT_SAMPLES: (usize, usize) = (3, 50);
 const MAX_DEGREE: usize = 4;
 /// Degrees above one must leave the velocity certain to this share.
 const MAX_SLOPE_ERROR: f64 = 0.03;
+/// A side whose samples lie farther from its polynomial than this needs a higher degree [standard
+/// deviations of the noise].
+const MAX_MISS_SIGMAS: f64 = 3.0;
 /// A change of speed below this share of the arriving speed is no impact.
 const MIN_CHANGE_SHARE: f64 = 0.3;
 /// Departures faster than this share of the arrival are thrown, not bounced.
@@ -65,6 +68,7 @@ pub(crate) fn find_impacts(
                 _ if at < -0.1 * interval => meet(time, xp, options, i, from..=i - 1, i..=to - 1),
                 _ => Some((at, before, after)),
             })
+            .filter(|(at, before, _)| is_within_reach(xp, i, before.value(*at)))
             .and_then(|(at, before, after)| {
                 judge(options, interval, time.at(i), at, &before, &after)
             })
@@ -108,6 +112,21 @@ fn kinks(
         }
     }
     found
+}
+
+/// Whether the mass can have been at height `meeting` between samples around `i`: no farther below
+/// the lowest of them than it goes from one sample to the next there. Sides of few samples meet
+/// anywhere, so that a dip of the ring well above the ground would become an impact.
+fn is_within_reach(xp: &[f64], i: usize, meeting: f64) -> bool {
+    let around = &xp[i.saturating_sub(2)..(i + 3).min(xp.len())];
+    let way = around
+        .windows(2)
+        .map(|w| (w[1] - w[0]).abs())
+        .filter(|way| way.is_finite())
+        .fold(0.0, f64::max);
+    let near = &xp[i.saturating_sub(1)..(i + 2).min(xp.len())];
+    let lowest = near.iter().copied().filter(|x| x.is_finite());
+    lowest.fold(f64::INFINITY, f64::min) - meeting <= way
 }
 
 /// Whether two sides that meet at `at` (from sample time `t`) are an impact.
@@ -218,8 +237,22 @@ impl Curve {
             of_degree(*d).is_some_and(|c| c.slope_error <= MAX_SLOPE_ERROR * c.slope(0.0).abs())
         };
         let fallback = if n >= 4 { 2 } else { 1 };
-        let degree = (2..=highest).rev().find(certain).unwrap_or(fallback);
+        let mut degree = (2..=highest).rev().find(certain).unwrap_or(fallback);
         let mut chosen = of_degree(degree)?;
+        // A curve that plainly misses its samples is worse than an uncertain one: the ring of the
+        // second mode bends it within the window.
+        while degree < highest && degree + 2 < n {
+            let misses: f64 = points
+                .iter()
+                .map(|p| (chosen.value(p.0) - p.1).powi(2))
+                .sum();
+            let freedom = (n - degree - 1) as f64;
+            if (misses / freedom).sqrt() <= MAX_MISS_SIGMAS * noise {
+                break;
+            }
+            degree += 1;
+            chosen = of_degree(degree)?;
+        }
         let lower = of_degree(degree - 1).map_or(f64::NAN, |c| c.slope(0.0));
         let change = chosen.slope(0.0) - lower;
         chosen.doubt = if change.is_finite() {

@@ -20,6 +20,7 @@ use super::{Channel, Recording, median_in_place};
 
 pub(crate) mod missing;
 pub mod period;
+mod words;
 
 pub use self::missing::Missing;
 

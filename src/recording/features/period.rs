@@ -11,6 +11,9 @@ const MAX_LENGTH_DEVIATION: f64 = 0.03;
 /// Share of the swing that counts as being at the top or at the bottom.
 const EDGE_SHARE: f64 = 0.02;
 
+/// Samples by which a recording may end before or after the end of its last period.
+const MAX_END_INTERVALS: f64 = 1.5;
+
 /// One cycle of the drive. All times in seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cycle {
@@ -115,23 +118,40 @@ fn from_voltage(time: TimeAxis, voltage: &[f64]) -> Result<Vec<Cycle>, Missing> 
         bottoms,
     } = Passages::of(time, voltage, &levels);
     let first = (0..voltage.len()).find(|i| voltage[*i].is_finite());
+    // A square that starts at its top has just risen, a sine that starts at its middle just rises:
+    // the period counts from there.
     let begins_at_top = first.is_some_and(|i| voltage[i] >= levels.top);
+    let begins_a_cycle =
+        begins_at_top || first.is_some_and(|i| (voltage[i] - levels.middle).abs() <= levels.band);
+    let begin = first.filter(|_| begins_a_cycle).map(|i| time.at(i));
+    let end = (0..voltage.len()).rfind(|i| voltage[*i].is_finite());
+    let end = end.map_or(f64::NAN, |i| time.at(i));
+    let slack = MAX_END_INTERVALS * time.interval(voltage.len());
+    // Two periods with a single rise between them.
+    if let ([only], Some(begin)) = (&crossings[..], begin)
+        && (only + (only - begin) - end).abs() <= slack
+    {
+        crossings = vec![begin, *only, only + (only - begin)];
+    }
     if crossings.len() < 2 {
         return Err(if crossings.is_empty() && tops.is_empty() {
             Missing::ConstantVoltage
         } else {
-            // A square that starts at its top has just risen.
-            let found = crossings.len().min(usize::from(begins_at_top));
+            let found = crossings.len().min(usize::from(begins_a_cycle));
             Missing::TooFewPeriods { found }
         });
     }
     let lengths: Vec<f64> = crossings.windows(2).map(|w| w[1] - w[0]).collect();
     let usual = median_in_place(&mut lengths.clone());
-    // A square that starts at its top has just risen: its first period counts too.
-    if let Some(i) = first.filter(|_| begins_at_top)
-        && ((crossings[0] - time.at(i)) / usual - 1.0).abs() <= MAX_LENGTH_DEVIATION
+    if let Some(begin) = begin.filter(|t| *t < crossings[0])
+        && ((crossings[0] - begin) / usual - 1.0).abs() <= MAX_LENGTH_DEVIATION
     {
-        crossings.insert(0, time.at(i));
+        crossings.insert(0, begin);
+    }
+    // The recording ends where the voltage would rise again: its last period is whole, too.
+    let next = crossings[crossings.len() - 1] + usual;
+    if (next - end).abs() <= slack {
+        crossings.push(next);
     }
     let mut deviations: Vec<f64> = lengths.iter().map(|l| (l / usual - 1.0).abs()).collect();
     // The upper quartile: a gap or two may lengthen a few cycles, a sweep changes most.
@@ -258,6 +278,15 @@ impl Passages {
                 was_bottom = Some((was_bottom.map_or(i, |(first, _)| first), i));
             }
             previous = Some((t, v));
+        }
+        // A turn at the end that the voltage has left, but not as far as its middle.
+        let last = voltage.iter().rposition(|v| v.is_finite());
+        let has_left = |stay: &Stay| last.is_some_and(|last| stay.1 < last);
+        if let Some(stay) = was_top.filter(has_left) {
+            passages.tops.push(leaving(time, voltage, stay, edge));
+        }
+        if let Some(stay) = was_bottom.filter(has_left) {
+            passages.bottoms.push(leaving(time, voltage, stay, edge));
         }
         passages
     }

@@ -6,6 +6,8 @@ pub(super) mod access;
 #[cfg(test)]
 pub(super) mod diagnosis;
 #[cfg(test)]
+pub(super) mod first_start;
+#[cfg(test)]
 pub(super) mod kept_curves;
 #[cfg(test)]
 pub(super) mod reachable;

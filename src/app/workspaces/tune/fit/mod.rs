@@ -7,6 +7,7 @@ mod picture;
 mod profile;
 mod result;
 pub(super) mod steps;
+mod summary;
 
 use eframe::egui::{Button, Ui};
 

@@ -4,34 +4,30 @@
 use eframe::egui::{Button, RichText, Ui};
 
 use super::choose::symbol;
-use super::figures;
+use super::{figures, summary};
+use crate::app::analysis::identification_course::Course;
+use crate::app::setup::command::Command;
+use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::state::State;
 use crate::app::widgets::job_progress::cancel_button;
 use crate::app::widgets::text::{error_color, heading, small};
 use crate::diagnose::report::words::capitalised;
 use crate::fit::paper_steps::guide::Step;
 use crate::fit::paper_steps::outcome::StepResult;
-use crate::model::parameter::ParameterId;
 
 /// Up to this many recordings are named in the list; more are counted.
 const MAX_NAMED_RECORDINGS: usize = 3;
 
-/// The parameters of drive, damping and film. They shape the motion before a contact, so they
-/// must be right before bounces and releases can be read. The steps identify the contact itself.
-const MOTION_PARAMETERS: [ParameterId; 6] = [
-    ParameterId::Eta,
-    ParameterId::Zeta1,
-    ParameterId::Zeta2,
-    ParameterId::Dp,
-    ParameterId::Cs,
-    ParameterId::Gp,
-];
-
 /// Draws the guide.
 pub(crate) fn show(ui: &mut Ui, state: &mut State) {
     let context = ui.ctx().clone();
+    state.fitting.poll(&state.setup);
     state.identification.poll(&state.setup, &context);
+    state
+        .identification
+        .proceed(&mut state.fitting, &mut state.setup, &context);
     list(ui, state);
+    summary::show(ui, &state.identification);
     ui.separator();
     finding(ui, state);
 }
@@ -41,15 +37,13 @@ fn list(ui: &mut Ui, state: &mut State) {
         small("The steps of section 4 of the paper, using the recordings chosen for fitting.")
             .weak(),
     );
-    if let Some(first) = state.identification.first.clone() {
-        ui.label(small(first).color(error_color(ui)));
-        first_fit_button(ui, state);
-    }
+    whole_device(ui, state);
     if let Some(sampled) = state.identification.sampled {
         ui.label(small(sampled.to_string()).weak());
     }
+    all_steps_button(ui, state);
     let mut start = None;
-    let busy = state.identification.job.is_some();
+    let busy = is_busy(state);
     for step in Step::ALL {
         let allowance = state
             .identification
@@ -106,7 +100,9 @@ fn list(ui: &mut Ui, state: &mut State) {
                 }
             }
         });
-    } else if !state.identification.is_current(&state.setup) {
+    } else if state.identification.course == Course::ByHand
+        && !state.identification.is_current(&state.setup)
+    {
         ui.horizontal(|ui| {
             if ui.button("Check again").clicked() {
                 let context = ui.ctx().clone();
@@ -122,24 +118,74 @@ fn list(ui: &mut Ui, state: &mut State) {
     }
 }
 
-/// A button that frees [`MOTION_PARAMETERS`] and opens the fit panel, for a device that is too
-/// far from the recordings for any step.
-fn first_fit_button(ui: &mut Ui, state: &mut State) {
-    let setup = &state.setup;
-    let free: Vec<&str> = MOTION_PARAMETERS
-        .into_iter()
-        .filter(|id| setup.preset.model.uses(*id))
-        .map(|id| id.spec().id)
-        .filter(|id| !setup.locked.contains(*id))
-        .collect();
-    if free.is_empty() {
+/// Whether something runs that a step must wait for.
+fn is_busy(state: &State) -> bool {
+    let guide = &state.identification;
+    guide.job.is_some() || guide.course != Course::ByHand || state.fitting.job.is_some()
+}
+
+/// Where the device, as it is, keeps steps from being taken: a fit of all of it at a press, or,
+/// where all of it is fitted already, the way to what it lacks.
+fn whole_device(ui: &mut Ui, state: &mut State) {
+    if let Some(first) = state.identification.first.clone() {
+        ui.label(small(first).color(error_color(ui)));
+    }
+    if state.identification.course == Course::Fitting {
+        ui.label(small("Fitting the whole device"));
+        if let Some(job) = state.fitting.job.clone() {
+            ui.horizontal(|ui| {
+                cancel_button(ui, &job, "Stop the fit; the device stays as it is");
+                match job.progress() {
+                    Some(progress) => super::fit_progress(ui, &progress),
+                    None => {
+                        ui.spinner();
+                    }
+                }
+            });
+        }
         return;
     }
-    let symbols: Vec<String> = free.iter().map(|id| symbol(id)).collect();
-    let text = format!("Free {} and open the fit", symbols.join(", "));
-    if ui.button(small(text)).clicked() {
-        state.fitting.free = Some(free.into_iter().map(str::to_owned).collect());
-        state.fitting.open = true;
+    if let Some(error) = state.fitting.error.clone() {
+        ui.label(small(error).color(error_color(ui)));
+    }
+    let guide = &state.identification;
+    if let Some(ids) = guide.to_free(&state.fitting, &state.setup) {
+        let symbols: Vec<String> = ids.iter().map(|id| symbol(id)).collect();
+        let button = ui.add_enabled(!is_busy(state), Button::new("Fit the whole device"));
+        if button
+            .on_hover_text("Its values are set in the device (can be undone), and the recordings are examined again")
+            .clicked()
+        {
+            let context = ui.ctx().clone();
+            state
+                .identification
+                .fit_whole_device(ids, &mut state.fitting, &state.setup, &context);
+        }
+        let text = format!(
+            "Bounces and releases are read with the device, so it has to follow the recordings first. Freed: {}.",
+            symbols.join(", ")
+        );
+        ui.label(small(text).weak());
+    } else if guide.first.is_some() {
+        ui.label(small(
+            "All of the device has been fitted, so it lacks something that these recordings show.",
+        ));
+        if ui.button("Find what it lacks").clicked() {
+            state.ask(Command::Workspace(WorkspaceId::Diagnose));
+        }
+    }
+}
+
+/// The button that takes all steps.
+fn all_steps_button(ui: &mut Ui, state: &mut State) {
+    let mut allowances = state.identification.allowances.iter();
+    let any = allowances.any(|a| a.by.is_ok());
+    let button = ui.add_enabled(any && !is_busy(state), Button::new("Take all steps"));
+    if button
+        .on_hover_text("Run one after the other what the recordings allow, and set what is found in the device (can be undone)")
+        .clicked()
+    {
+        state.identification.take_all_steps();
     }
 }
 
@@ -165,7 +211,7 @@ fn finding(ui: &mut Ui, state: &mut State) {
                     .on_hover_text("Set the device to these values (can be undone)")
                     .clicked()
                 {
-                    found.apply(&mut state.setup.preset.model);
+                    state.identification.apply(step, &mut state.setup);
                 }
             }
             match &found {

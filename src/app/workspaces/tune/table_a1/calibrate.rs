@@ -124,7 +124,7 @@ pub fn result(ui: &mut Ui, state: &mut State) {
         "All cases are within 30 % in peak and contact.".to_owned()
     } else {
         format!(
-            "Not reproduced (more than 30 % off in peak or contact): {}.",
+            "More than 30 % off in peak or contact: {}.",
             missed.join("; ")
         )
     }));

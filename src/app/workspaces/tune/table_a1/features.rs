@@ -92,6 +92,7 @@ struct Column {
     overlay: Option<OverlayId>,
     name: String,
     figures: Figures,
+    features: Option<Arc<Features>>,
     missing: Option<String>,
 }
 
@@ -136,6 +137,7 @@ fn column(
         name,
         figures: features.as_deref().map(Figures::of).unwrap_or_default(),
         missing: features.as_deref().and_then(missing),
+        features,
     }
 }
 
@@ -151,6 +153,9 @@ fn table(ui: &mut Ui, columns: &[Column]) {
         let simulated = columns.first().and_then(|own| row.value(&own.figures));
         for column in columns {
             let of_recording = column.overlay.is_some();
+            if row == Row::Bounces && bounces(ui, column) {
+                continue;
+            }
             let text = match (row.value(&column.figures), simulated) {
                 (None, _) => "-".to_owned(),
                 (Some(value), Some(simulated)) if of_recording => format!(
@@ -167,6 +172,19 @@ fn table(ui: &mut Ui, columns: &[Column]) {
         }
         ui.end_row();
     }
+}
+
+/// Bounces as they were counted, period by period; a mean of them alone is misread. Whether there
+/// are any to say.
+fn bounces(ui: &mut Ui, column: &Column) -> bool {
+    let features = column.features.as_deref();
+    let said = features.and_then(|f| f.bounces_text().zip(f.bounces_sentence()));
+    let Some((text, sentence)) = said else {
+        return false;
+    };
+    ui.label(RichText::new(text).monospace().size(11.5))
+        .on_hover_text(sentence);
+    true
 }
 
 /// A difference with its sign, to two digits.

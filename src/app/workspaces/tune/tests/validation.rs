@@ -91,7 +91,7 @@ fn a_fit_to_the_experiments_is_shown_and_applied_on_request() {
             omitted.frequency
         ));
     }
-    harness.get_by_label_contains("Not reproduced");
+    harness.get_by_label_contains("More than 30 % off in peak or contact");
     assert_eq!(harness.state().setup.preset.model, base);
     harness.get_by_label("Apply").click();
     harness.run_steps(3);
