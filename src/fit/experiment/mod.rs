@@ -8,6 +8,7 @@
 
 mod drive_freedom;
 mod instrument;
+mod sensitivity;
 #[cfg(test)]
 mod tests;
 
@@ -17,6 +18,7 @@ use thiserror::Error;
 
 pub use self::drive_freedom::{ImprovedDrive, improve_drive};
 pub use self::instrument::{InstrumentPriors, estimate_instrument};
+pub use self::sensitivity::{Influence, Probe, Sensitivity, Suggestion, sensitivity};
 
 use crate::model::Model;
 use crate::model::drive::Waveform;
