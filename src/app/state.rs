@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::analysis::diagnosis::Diagnosing;
 use super::analysis::fit::Fitting;
 use super::analysis::identification::Identification;
+use super::analysis::sensitivity::Sensing;
 use super::setup::command::Command;
 use super::setup::current_setup::Setup;
 use super::setup::notice::{Notice, Refusal};
@@ -62,6 +63,8 @@ pub struct State {
     pub fitting: Fitting,
     /// The guided identification.
     pub identification: Identification,
+    /// What each slider changes in the residual.
+    pub sensing: Sensing,
     /// The Diagnose workspace.
     pub diagnosing: Diagnosing,
 }
@@ -87,6 +90,7 @@ impl State {
             validation_open: false,
             fitting: Fitting::default(),
             identification: Identification::default(),
+            sensing: Sensing::default(),
             diagnosing: Diagnosing::default(),
         }
     }

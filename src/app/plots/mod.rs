@@ -5,18 +5,19 @@ mod drive_loop;
 mod event_corners;
 mod forces;
 pub mod frame;
+mod multiples;
 mod phase_portrait;
 mod residual;
 #[cfg(test)]
 mod tests;
 mod trajectory;
-mod value_range;
+pub(crate) mod value_range;
 mod voltage;
 
 use eframe::egui::{Id, Key, Popup, Rect, RichText, ScrollArea, Ui, vec2};
 
 use self::frame::readout::Readout;
-use self::frame::time_plot::{Common, TimePlot};
+use self::frame::time_plot::{Common, TIME_AXIS_HEIGHT, TimePlot};
 use super::setup::view::Picture;
 use super::state::{Cursors, State};
 
@@ -24,8 +25,6 @@ use super::state::{Cursors, State};
 const PICTURE_SPACING: f32 = 6.0;
 /// Height of the line of text that replaces an empty picture \[points\].
 const MESSAGE_HEIGHT: f32 = 20.0;
-/// Height of ticks and label of the time axis \[points\].
-const TIME_AXIS_HEIGHT: f32 = 36.0;
 /// Smallest height of the pictures without a time axis \[points\].
 const MIN_XY_HEIGHT: f32 = 190.0;
 
@@ -38,8 +37,16 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if !typing && !menu_open(ui) && ui.input(|input| input.key_pressed(Key::Escape)) {
         state.cursors = Cursors::default();
     }
-    let (plots, lines) = describe(ui, state);
-    let readout = Readout::of(ui, state, &plots);
+    multiples::header(ui, state);
+    let multiples = multiples::describe(ui, state);
+    let (plots, lines) = match &multiples {
+        Some(multiples) => (Vec::new(), multiples.lines.clone()),
+        None => describe(ui, state),
+    };
+    let readout = match &multiples {
+        Some(multiples) => Readout::of(ui, state, &multiples.plots()),
+        None => Readout::of(ui, state, &plots),
+    };
     let shown = |picture| state.view.pictures.contains(&picture);
     let device = shown(Picture::Device);
     let space = ui.available_size();
@@ -50,7 +57,8 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         .collect::<Vec<_>>();
     // With pictures below the time plots there is less room for the device.
     let tallest = if planes.is_empty() { 200.0 } else { 150.0 };
-    let is_alone = plots.is_empty() && planes.is_empty();
+    let has_times = !plots.is_empty() || multiples.is_some();
+    let is_alone = !has_times && planes.is_empty();
     let device_height = match device {
         false => 0.0,
         true if is_alone => {
@@ -64,10 +72,18 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if device {
         rest -= device_height + PICTURE_SPACING;
     }
-    if !plots.is_empty() {
-        rest -= readout.height(space.x) + TIME_AXIS_HEIGHT;
+    if has_times {
+        rest -= readout.height(space.x);
     }
-    let plane_height = if plots.is_empty() {
+    if !plots.is_empty() {
+        rest -= TIME_AXIS_HEIGHT;
+    }
+    let residual_range = multiples.as_ref().and_then(|m| m.residual_range());
+    let in_plots = plots.iter().any(|plot| plot.picture == Picture::Residual);
+    if residual_range.is_some() || in_plots {
+        rest -= residual::header_height(space.x);
+    }
+    let plane_height = if !has_times {
         rest.clamp(MIN_XY_HEIGHT, 600.0)
     } else {
         (0.26 * space.y).clamp(MIN_XY_HEIGHT, 300.0)
@@ -102,13 +118,19 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                     None => ui.add_space(PICTURE_SPACING),
                 }
             }
-            if !plots.is_empty() {
+            if has_times {
                 let switched = &mut state.view.switched_curves;
                 for key in readout.show(ui) {
                     if !switched.remove(&key) {
                         switched.insert(key);
                     }
                 }
+            }
+            if let Some(range) = residual_range {
+                residual::show_header(ui, state, range);
+            }
+            if let Some(multiples) = multiples {
+                multiples.show(ui, state, rest);
             }
             if let Some(plot) = time_plots(ui, state, plots, &heights) {
                 readout.show_differences(ui, plot);
@@ -151,7 +173,10 @@ pub(crate) fn describe(ui: &Ui, state: &State) -> (Vec<TimePlot>, Vec<String>) {
             Picture::Voltage => plots.push(voltage::describe(ui, state)),
             Picture::Trajectory => plots.push(trajectory::describe(ui, state)),
             Picture::Residual => match residual::describe(ui, state) {
-                Ok(plot) => plots.push(plot),
+                Ok(plot) => {
+                    plots.push(plot);
+                    lines.extend(residual::left_out(state));
+                }
                 Err(line) => lines.push(line),
             },
             Picture::Forces => plots.push(forces::describe(ui, state)),
@@ -217,8 +242,14 @@ fn time_plots(
         cursors: state.cursors,
     };
     let last = plots.len().saturating_sub(1);
-    state.cursors.hover = None;
-    for (i, plot) in plots.into_iter().enumerate() {
+    if !plots.is_empty() {
+        state.cursors.hover = None;
+    }
+    for (i, mut plot) in plots.into_iter().enumerate() {
+        value_range::hold(ui, &mut plot, common.window);
+        if plot.picture == Picture::Residual {
+            residual::show_header(ui, state, plot.range(common.window));
+        }
         let lowest = i == last;
         let height = heights[i].1 + if lowest { TIME_AXIS_HEIGHT } else { 0.0 };
         let name = format!("plot {}", plot.picture.name());

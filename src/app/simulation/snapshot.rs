@@ -65,6 +65,8 @@ pub struct OverlayComparison {
 pub struct OwnRun {
     /// The drive; its t = 0 is the recording's first time.
     pub drive: Waveform,
+    /// By how much the drive may lie earlier or later, see `InstrumentPriors::drive_reach` \[s\].
+    pub drive_reach: f64,
     /// The run.
     pub trace: Arc<Trace>,
     /// `trace.proof_mass` decimated for drawing.
@@ -79,10 +81,19 @@ impl OwnRun {
         let pyramid = |values: &[f64]| Arc::new(Pyramid::new(trace.t0, trace.dt, values));
         Self {
             drive,
+            drive_reach: 0.0,
             proof_mass_pyramid: pyramid(&trace.proof_mass),
             cantilever_pyramid: pyramid(&trace.cantilever),
             trace: Arc::clone(trace),
         }
+    }
+}
+
+impl OwnRun {
+    /// With a drive whose instants are known to `reach` \[s\].
+    pub fn known_to(mut self, reach: f64) -> Self {
+        self.drive_reach = reach;
+        self
     }
 }
 

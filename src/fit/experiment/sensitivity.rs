@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::{Experiment, ExperimentError, ExperimentResult};
 use crate::model::Model;
+use crate::model::parameter::Scale;
 
 /// Root mean square of the change of the readings for which a difference is taken, in units of the
 /// noise: well above the rounding of a run, and small where impacts bend the way.
@@ -35,8 +36,22 @@ pub struct Probe {
     pub id: String,
     /// The change of its value that columns are stated for, SI, above 0.
     pub step: f64,
+    /// Whether many steps are equal differences, or equal ratios as for one above 0 that spans
+    /// decades.
+    pub scale: Scale,
     /// Values that it can have, SI, inclusive.
     pub limits: (f64, f64),
+}
+
+impl Probe {
+    /// The value `steps` away from `value`, within the limits.
+    fn moved(&self, value: f64, steps: f64) -> f64 {
+        let to = match self.scale {
+            Scale::Log if value > 0.0 => value * (steps * self.step / value).exp(),
+            _ => value + steps * self.step,
+        };
+        to.clamp(self.limits.0, self.limits.1)
+    }
 }
 
 /// The value of a parameter that leaves least, if only this parameter is moved.
@@ -46,7 +61,7 @@ pub struct Suggestion {
     pub value: f64,
     /// Sum of squares in units of the noise as simulated with it.
     pub chi2: f64,
-    /// Whether it is the linear estimate itself, and not a part of the way there.
+    /// Whether it is the linear estimate itself, and not a part of the way there or a limit.
     pub is_linear: bool,
 }
 
@@ -240,7 +255,8 @@ enum Outcome {
 }
 
 /// What each of `probes` changes in the residuals of `experiments` around `model`. `run` simulates
-/// an experiment with a device and compares it; `None` from it cancels all. `done` hears after each
+/// the experiment of a place in `experiments` with a device and compares it; `None` from it cancels
+/// all. `done` hears after each
 /// parameter. Experiments without noise have no unit and must be left out.
 ///
 /// # Errors
@@ -254,9 +270,9 @@ pub fn sensitivity<R>(
     done: &(impl Fn() + Sync),
 ) -> Result<Option<Sensitivity>, ExperimentError>
 where
-    R: Fn(&Experiment, &Model) -> Result<Option<ExperimentResult>, ExperimentError> + Sync,
+    R: Fn(usize, &Model) -> Result<Option<ExperimentResult>, ExperimentError> + Sync,
 {
-    let Some(results) = run_all(model, experiments, run)? else {
+    let Some(results) = run_all(model, experiments.len(), run)? else {
         return Ok(None);
     };
     let noise = experiments
@@ -298,15 +314,15 @@ where
 
 fn run_all<R>(
     model: &Model,
-    experiments: &[Experiment],
+    count: usize,
     run: &R,
 ) -> Result<Option<Vec<ExperimentResult>>, ExperimentError>
 where
-    R: Fn(&Experiment, &Model) -> Result<Option<ExperimentResult>, ExperimentError>,
+    R: Fn(usize, &Model) -> Result<Option<ExperimentResult>, ExperimentError>,
 {
-    let mut results = Vec::with_capacity(experiments.len());
-    for experiment in experiments {
-        match run(experiment, model)? {
+    let mut results = Vec::with_capacity(count);
+    for i in 0..count {
+        match run(i, model)? {
             Some(result) => results.push(result),
             None => return Ok(None),
         }
@@ -322,17 +338,17 @@ fn run_at<R>(
     run: &R,
 ) -> Result<Option<Vec<ExperimentResult>>, String>
 where
-    R: Fn(&Experiment, &Model) -> Result<Option<ExperimentResult>, ExperimentError>,
+    R: Fn(usize, &Model) -> Result<Option<ExperimentResult>, ExperimentError>,
 {
     let mut moved = model.clone();
     moved.set(id, value).map_err(|error| error.to_string())?;
     moved.check().map_err(|error| error.to_string())?;
-    run_all(&moved, present.experiments, run).map_err(|error| error.to_string())
+    run_all(&moved, present.experiments.len(), run).map_err(|error| error.to_string())
 }
 
 fn influence<R>(model: &Model, present: &Present<'_>, probe: &Probe, run: &R) -> Outcome
 where
-    R: Fn(&Experiment, &Model) -> Result<Option<ExperimentResult>, ExperimentError>,
+    R: Fn(usize, &Model) -> Result<Option<ExperimentResult>, ExperimentError>,
 {
     let Some(value) = model.get(&probe.id) else {
         return Outcome::Failed("the device has no such parameter".to_owned());
@@ -361,8 +377,7 @@ where
     };
     let (low, high) = probe.limits;
     for share in WAY_SHARES {
-        let wanted = value + share * steps_to_best * probe.step;
-        let tried = wanted.clamp(low, high);
+        let tried = probe.moved(value, share * steps_to_best);
         if tried == value {
             break;
         }
@@ -376,7 +391,7 @@ where
                     influence.suggestion = Some(Suggestion {
                         value: tried,
                         chi2: with,
-                        is_linear: share == 1.0 && tried == wanted,
+                        is_linear: share == 1.0 && tried > low && tried < high,
                     });
                     break;
                 }
@@ -395,7 +410,7 @@ fn difference<R>(
     run: &R,
 ) -> Result<Option<Difference>, String>
 where
-    R: Fn(&Experiment, &Model) -> Result<Option<ExperimentResult>, ExperimentError>,
+    R: Fn(usize, &Model) -> Result<Option<ExperimentResult>, ExperimentError>,
 {
     let (least, most) = (STEP_SHARES.0 * probe.step, STEP_SHARES.1 * probe.step);
     let mut step = FIRST_SHARE * probe.step;

@@ -10,7 +10,7 @@ use super::super::sensitivity::*;
 use crate::fit::experiment::{Experiment, ExperimentError, ExperimentResult};
 use crate::model::Model;
 use crate::model::drive::Waveform;
-use crate::model::parameter::ParameterId;
+use crate::model::parameter::{ParameterId, Scale};
 use crate::model::preset::Preset;
 use crate::model::sensor::gaussian;
 use crate::recording::Recording;
@@ -35,12 +35,7 @@ fn experiment(model: &Model, drive: &Waveform, rate: f64, duration: f64, noise: 
     experiment
 }
 
-fn run(
-    experiment: &Experiment,
-    model: &Model,
-) -> Result<Option<ExperimentResult>, ExperimentError> {
-    experiment.run(model, || true)
-}
+type Ran = Result<Option<ExperimentResult>, ExperimentError>;
 
 fn probe(model: &Model, id: &str, share: f64) -> Probe {
     let value = model.get(id).unwrap();
@@ -48,12 +43,14 @@ fn probe(model: &Model, id: &str, share: f64) -> Probe {
     Probe {
         id: id.to_owned(),
         step: share * value.abs(),
+        scale: spec.scale,
         limits: spec.limits,
     }
 }
 
 fn found(model: &Model, experiment: &Experiment, probes: &[Probe]) -> Sensitivity {
     let all = std::slice::from_ref(experiment);
+    let run = |_, model: &Model| experiment.run(model, || true);
     sensitivity(model, all, probes, &run, &|| {})
         .unwrap()
         .unwrap()
@@ -148,6 +145,7 @@ fn what_the_instrument_takes_up_and_what_does_nothing_has_no_influence() {
         .map(|id| Probe {
             id: id.to_owned(),
             step: 1e-3,
+            scale: Scale::Linear,
             limits: (-1.0, 1.0),
         })
         .into();
@@ -182,6 +180,7 @@ fn what_cannot_be_moved_is_named_and_a_stop_gives_nothing() {
     let unknown = Probe {
         id: "none_such".to_owned(),
         step: 1.0,
+        scale: Scale::Linear,
         limits: (0.0, 1.0),
     };
     let probes = [unknown, probe(&model, "zeta1", 0.01)];
@@ -190,6 +189,7 @@ fn what_cannot_be_moved_is_named_and_a_stop_gives_nothing() {
     let done = || {
         heard.fetch_add(1, Ordering::Relaxed);
     };
+    let run = |_, model: &Model| experiment.run(model, || true);
     let result = sensitivity(&model, all, &probes, &run, &done)
         .unwrap()
         .unwrap();
@@ -197,7 +197,7 @@ fn what_cannot_be_moved_is_named_and_a_stop_gives_nothing() {
     assert_eq!(result.failed.len(), 1);
     assert_eq!(result.failed[0].0, "none_such");
     assert_eq!(result.influences.len(), 1);
-    let stopped = |_: &Experiment, _: &Model| Ok(None);
+    let stopped = |_: usize, _: &Model| -> Ran { Ok(None) };
     let result = sensitivity(&model, all, &probes, &stopped, &|| {});
     assert_eq!(result.unwrap(), None);
 }

@@ -1,4 +1,4 @@
-//! The tools of the workspace: drive editor, fit, identification, Table A.1. They dock between the
+//! The tools of the workspace: drive editor, fit, identification, sensitivity, Table A.1. They dock between the
 //! plots and the readouts, so that they cover nothing that they change. Each keeps its own width.
 //! Several share the place as tabs. In a window without room for both, the readouts are a tab as
 //! well.
@@ -7,7 +7,7 @@ use eframe::egui::{Align, Id, Layout, Panel, ScrollArea, Ui};
 
 use super::drive::editor;
 use super::drive::place::Place;
-use super::{fit, readouts, recordings, table_a1};
+use super::{fit, readouts, recordings, sensitivity, table_a1};
 use crate::app::state::State;
 use crate::app::widgets::icon::{Icon, icon_button};
 
@@ -25,17 +25,19 @@ enum Tool {
     Drive,
     Fit,
     Identification,
+    Sensitivity,
     Table,
     /// Recordings and readouts, in a window without room for a panel of their own.
     Readouts,
 }
 
 impl Tool {
-    const ALL: [Self; 5] = [
+    const ALL: [Self; 6] = [
         Self::Readouts,
         Self::Drive,
         Self::Fit,
         Self::Identification,
+        Self::Sensitivity,
         Self::Table,
     ];
 
@@ -45,6 +47,7 @@ impl Tool {
             Self::Drive => "Drive editor",
             Self::Fit => "Fit",
             Self::Identification => "Identification",
+            Self::Sensitivity => "Sensitivity",
             Self::Table => "Table A.1",
             Self::Readouts => "Recordings",
         }
@@ -57,6 +60,7 @@ impl Tool {
             Self::Drive => 360.0,
             Self::Fit => 430.0,
             Self::Identification => 470.0,
+            Self::Sensitivity => 420.0,
             Self::Table => 640.0,
         }
     }
@@ -67,6 +71,7 @@ impl Tool {
             Self::Drive => &mut state.drive_editor_open,
             Self::Fit => &mut state.fitting.open,
             Self::Identification => &mut state.identification.open,
+            Self::Sensitivity => &mut state.sensing.open,
             Self::Table => &mut state.validation_open,
             Self::Readouts => &mut state.view.side_panel,
         }
@@ -76,7 +81,7 @@ impl Tool {
         match self {
             Self::Readouts => return side_panel(ui, state),
             Self::Table => return table_a1::panel::show(ui, state),
-            Self::Drive | Self::Fit | Self::Identification => {}
+            Self::Drive | Self::Fit | Self::Identification | Self::Sensitivity => {}
         }
         // In both directions: content wider than the panel would push it out of the window, and
         // the plots under it.
@@ -87,6 +92,7 @@ impl Tool {
                 Self::Drive => editor::show(ui, state, Place::Window),
                 Self::Fit => fit::show(ui, state),
                 Self::Identification => fit::steps::show(ui, state),
+                Self::Sensitivity => sensitivity::show(ui, state),
                 Self::Table | Self::Readouts => {}
             });
     }
