@@ -193,7 +193,11 @@ impl Sensing {
             return;
         }
         if !is_newest || busy {
-            if self.asked.as_ref().is_some_and(|a| a.model != snapshot.model) {
+            if self
+                .asked
+                .as_ref()
+                .is_some_and(|a| a.model != snapshot.model)
+            {
                 self.stop();
             }
             return;
@@ -238,6 +242,11 @@ impl Sensing {
         self.seen = Weak::new();
     }
 
+    /// The job in progress.
+    pub fn job(&self) -> Option<&Job<f64, Sensitivity>> {
+        self.job.as_ref()
+    }
+
     /// The share done of a result that is being computed.
     pub fn progress(&self) -> Option<f64> {
         let job = self.job.as_ref()?;
@@ -252,8 +261,7 @@ impl Sensing {
     /// The result for the device of a run.
     pub fn found_for(&self, snapshot: &Snapshot) -> Option<&Arc<Found>> {
         let found = self.found.as_ref()?;
-        let is_same =
-            Arc::ptr_eq(&found.model, &snapshot.model) || *found.model == *snapshot.model;
+        let is_same = Arc::ptr_eq(&found.model, &snapshot.model) || *found.model == *snapshot.model;
         (self.open && is_same).then_some(found)
     }
 
@@ -262,12 +270,6 @@ impl Sensing {
         let id = self.hovered.as_ref().or(self.selected.as_ref())?;
         let all = &self.found.as_ref()?.sensitivity.influences;
         all.iter().find(|influence| influence.id == *id)
-    }
-
-    /// Shows a result that was computed elsewhere.
-    #[cfg(test)]
-    pub(crate) fn set_found(&mut self, found: Found) {
-        self.found = Some(Arc::new(found));
     }
 }
 

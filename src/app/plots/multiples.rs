@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use eframe::egui::{Frame, Label, RichText, Role, Stroke, Ui, Vec2, WidgetInfo, vec2};
+use eframe::egui::{Frame, Label, Rect, RichText, Role, Stroke, Ui, Vec2, WidgetInfo, vec2};
 
 use super::frame::axes::union;
 use super::frame::layout_note::note;
@@ -205,9 +205,7 @@ fn same_scale(ui: &Ui, state: &State, panels: &mut [Panel]) {
     for panel in panels.iter() {
         for plot in &panel.plots {
             let (window, range) = (panel.window, plot.range(panel.window));
-            let all = ranges
-                .entry(plot.scale.clone())
-                .or_insert((window, range));
+            let all = ranges.entry(plot.scale.clone()).or_insert((window, range));
             for (whole, part) in [(&mut all.0, window), (&mut all.1, range)] {
                 *whole = union([*whole, part]).unwrap_or(part);
             }
@@ -237,8 +235,9 @@ impl Multiples {
         plots.find(|p| p.picture == Picture::Residual)?.chosen
     }
 
-    /// Draws them over the width, in a place `height` points high; more rows make it higher.
-    pub fn show(self, ui: &mut Ui, state: &mut State, height: f32) {
+    /// Draws them over the width, in a place `height` points high; more rows make it higher. Returns
+    /// where the first picture is.
+    pub fn show(self, ui: &mut Ui, state: &mut State, height: f32) -> Option<Rect> {
         let width = ui.available_width();
         let count = self.panels.len();
         let columns = columns(width, count);
@@ -250,6 +249,7 @@ impl Multiples {
         );
         let cursors = state.cursors;
         state.cursors.hover = None;
+        let mut first = None;
         let mut panels = self.panels.into_iter().peekable();
         while panels.peek().is_some() {
             ui.horizontal(|ui| {
@@ -259,13 +259,16 @@ impl Multiples {
                         ui.allocate_ui(size, |ui| {
                             ui.set_min_size(size);
                             ui.set_max_size(size);
-                            ui.vertical(|ui| panel.show(ui, state, cursors, size, count));
+                            let shown =
+                                ui.vertical(|ui| panel.show(ui, state, cursors, size, count));
+                            first = first.or(shown.inner);
                         });
                     });
                 }
             });
             ui.add_space(PANEL_SPACING);
         }
+        first
     }
 }
 
@@ -279,7 +282,14 @@ fn columns(width: f32, count: usize) -> usize {
 }
 
 impl Panel {
-    fn show(self, ui: &mut Ui, state: &mut State, cursors: Cursors, size: Vec2, count: usize) {
+    fn show(
+        self,
+        ui: &mut Ui,
+        state: &mut State,
+        cursors: Cursors,
+        size: Vec2,
+        count: usize,
+    ) -> Option<Rect> {
         let color = style::overlay_color(ui, self.color);
         let is_selected = state.selected == Some(self.id);
         let edge = if is_selected {
@@ -287,11 +297,13 @@ impl Panel {
         } else {
             Stroke::new(1.0, ui.visuals().widgets.noninteractive.bg_stroke.color)
         };
+        let name = self.name.clone();
         let frame = Frame::new().stroke(edge).corner_radius(3).show(ui, |ui| {
             self.title(ui, state, count);
-            self.pictures(ui, state, cursors, size.y - TITLE_HEIGHT - 4.0);
+            self.pictures(ui, state, cursors, size.y - TITLE_HEIGHT - 4.0)
         });
-        note(ui.ctx(), "panel", frame.response.rect);
+        note(ui.ctx(), &format!("panel {name}"), frame.response.rect);
+        frame.inner
     }
 
     fn title(&self, ui: &mut Ui, state: &mut State, count: usize) {
@@ -320,7 +332,10 @@ impl Panel {
                 let title = ui.selectable_label(is_selected, RichText::new(short).color(color));
                 let label = format!("select {}", self.name);
                 title.widget_info(|| WidgetInfo::labeled(Role::Button, true, &label));
-                let help = format!("{}\nClick to select, double-click to show alone.", self.name);
+                let help = format!(
+                    "{}\nClick to select, double-click to show alone.",
+                    self.name
+                );
                 let title = title.on_hover_text(help);
                 if title.clicked() {
                     state.selected = Some(self.id);
@@ -333,7 +348,15 @@ impl Panel {
         });
     }
 
-    fn pictures(self, ui: &mut Ui, state: &mut State, cursors: Cursors, height: f32) {
+    /// Draws its pictures. Returns where the first one is.
+    fn pictures(
+        self,
+        ui: &mut Ui,
+        state: &mut State,
+        cursors: Cursors,
+        height: f32,
+    ) -> Option<Rect> {
+        let mut first = None;
         ui.spacing_mut().item_spacing.y = 2.0;
         for reason in &self.reasons {
             let text = RichText::new(reason).size(12.0).weak();
@@ -361,6 +384,7 @@ impl Panel {
             };
             let axis = if is_lowest { TIME_AXIS_HEIGHT } else { 0.0 };
             let mut reply = plot.show(ui, &common, own + axis, is_lowest);
+            first.get_or_insert(reply.response.rect);
             value_range::react(ui, state, &reply);
             // In the time that all panels share.
             reply.window = (self.window.0 - offset, self.window.1 - offset);
@@ -369,5 +393,6 @@ impl Panel {
                 state.selected = Some(self.id);
             }
         }
+        first
     }
 }

@@ -111,11 +111,7 @@ pub fn describe_one(ui: &Ui, state: &State, overlay: &Overlay) -> TimePlot {
     if let Some(snapshot) = &state.snapshot {
         let own = residual::comparison(state, overlay).and_then(|c| c.own.as_ref());
         let (trace, xp, xc) = match own {
-            Some(own) => (
-                &own.trace,
-                &own.proof_mass_pyramid,
-                &own.cantilever_pyramid,
-            ),
+            Some(own) => (&own.trace, &own.proof_mass_pyramid, &own.cantilever_pyramid),
             None => (
                 &snapshot.trace,
                 &snapshot.proof_mass_pyramid,

@@ -441,7 +441,11 @@ where
         let rms = (found.jj / count.max(1) as f64).sqrt() * step / probe.step;
         last = Some(found);
         let is_near = (TARGET_RMS / TARGET_FACTOR..=TARGET_RMS * TARGET_FACTOR).contains(&rms);
-        let factor = if rms > 0.0 { TARGET_RMS / rms } else { f64::INFINITY };
+        let factor = if rms > 0.0 {
+            TARGET_RMS / rms
+        } else {
+            f64::INFINITY
+        };
         let better = (step * factor).clamp(least, most);
         if is_near || better == step {
             break;

@@ -94,7 +94,12 @@ fn at_the_truth_nothing_is_gained() {
     assert_eq!(result.influences.len(), 3);
     for influence in &result.influences {
         // Chi squared of one degree of freedom.
-        assert!(influence.gain < 16.0, "{}: {}", influence.id, influence.gain);
+        assert!(
+            influence.gain < 16.0,
+            "{}: {}",
+            influence.id,
+            influence.gain
+        );
     }
     assert!((result.misfit() - 1.0).abs() < 0.15, "{}", result.misfit());
 }

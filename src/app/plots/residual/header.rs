@@ -10,7 +10,7 @@ use crate::app::widgets::quantity_field::QuantityField;
 /// Height of a row of controls \[points\].
 const ROW_HEIGHT: f32 = 24.0;
 /// Width that all controls take in one row \[points\].
-const ROW_WIDTH: f32 = 370.0;
+const ROW_WIDTH: f32 = 390.0;
 /// Width of the field for the limits \[points\].
 const FIELD_WIDTH: f32 = 84.0;
 
@@ -92,7 +92,10 @@ fn scale(ui: &mut Ui, state: &mut State, range: (f64, f64)) {
     let is_on = fixed && state.view.residual_unit == ResidualUnit::Noise;
     let text = format!("\u{b1}{FIXED_NOISE} x noise");
     let button = ui.add(Button::selectable(is_on, text));
-    if button.on_hover_text(Command::FixResidual.text().1).clicked() {
+    if button
+        .on_hover_text(Command::FixResidual.text().1)
+        .clicked()
+    {
         state.view.fix_residual_in_noise();
     }
 }

@@ -7,7 +7,7 @@ use eframe::egui::{
     Button, Color32, Label, Pos2, Rect, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2,
 };
 
-use crate::app::analysis::sensitivity::Found;
+use crate::app::analysis::sensitivity::{Found, STEP_SHARE};
 use crate::app::plots::frame::style::{palette, strong_overlay_color};
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::Mode;
@@ -125,7 +125,7 @@ fn row(ui: &mut Ui, state: &mut State, found: &Arc<Found>, influence: &Influence
             shape(ui, state, found, influence);
             try_button(ui, state, influence, unit);
         });
-        ui.add(Label::new(small(words(all, influence, unit)).weak()).truncate());
+        ui.add(Label::new(small(words(all, influence, unit)).weak()).wrap());
     });
     let rect = whole.response.rect;
     if ui.rect_contains_pointer(rect) {
@@ -134,11 +134,17 @@ fn row(ui: &mut Ui, state: &mut State, found: &Arc<Found>, influence: &Influence
     ui.separator();
 }
 
-/// `1 % of the value: 0.31 x noise; with 3e-21 N m^2 s the misfit is 4.2`.
+/// `1 % of its value (3.8 nN) changes xp by 0.31 x noise (rms); there: misfit 1.2`.
 fn words(all: &Sensitivity, influence: &Influence, unit: &str) -> String {
     let step = format_quantity(influence.step, unit, 2);
     let rms = format_number(influence.rms, 2);
-    let change = format!("{step} more changes xp by {rms} x noise (rms)");
+    let of = if influence.step == STEP_SHARE * influence.value {
+        "value"
+    } else {
+        "slider"
+    };
+    let share = 100.0 * STEP_SHARE;
+    let change = format!("{share} % of its {of} ({step}) changes xp by {rms} x noise (rms)");
     if influence.gain < SIGNIFICANT_GAIN {
         return format!("{change}; nothing to gain beyond the noise");
     }

@@ -16,12 +16,14 @@ fn tools_dock_beside_the_plots_and_cover_none() {
             ("Fit", 1),
             ("Identification", 2),
             ("Table A.1", 3),
+            ("Sensitivity", 4),
         ] {
             let mut state = full();
             state.drive_editor_open = open == 0;
             state.fitting.open = open == 1;
             state.identification.open = open == 2;
             state.validation_open = open == 3;
+            state.sensing.open = open == 4;
             let mut harness = sized(state, size);
             let close = harness.get_by_label(&format!("close {title}")).rect();
             assert!(close.right() <= size[0], "{title} at {size:?}: {close:?}");
