@@ -289,12 +289,10 @@ fn finished(
         features: None,
         alignment,
         noise: (noise > 0.0).then_some(noise),
-        own: drive_text
-            .is_some()
-            .then(|| {
-                let reach = experiment.priors.map_or(0.0, |priors| priors.drive_reach);
-                OwnRun::new(experiment.drive.clone(), &result.trace).known_to(reach)
-            }),
+        own: drive_text.is_some().then(|| {
+            let reach = experiment.priors.map_or(0.0, |priors| priors.drive_reach);
+            OwnRun::new(experiment.drive.clone(), &result.trace).known_to(reach)
+        }),
         drive_text,
         comparison: Ok(Arc::new(result.proof_mass)),
     }

@@ -71,7 +71,12 @@ fn one_changed_parameter_of_a_linear_device_is_found_within_two_percent_of_the_c
         let mut model = truth.clone();
         let value = truth.get(id).unwrap();
         model.set(id, factor * value).unwrap();
-        let result = found(&model, &experiment, &[probe(&model, id, 0.01)]);
+        // The motion is linear in the value itself, not in its logarithm.
+        let probe = Probe {
+            scale: Scale::Linear,
+            ..probe(&model, id, 0.01)
+        };
+        let result = found(&model, &experiment, &[probe]);
         let influence = &result.influences[0];
         let suggestion = influence.suggestion.unwrap();
         let change = (factor - 1.0) * value;
