@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::analysis::diagnosis::Diagnosing;
 use super::analysis::fit::Fitting;
 use super::analysis::identification::Identification;
+use super::analysis::sensitivity::Sensing;
 use super::setup::command::Command;
 use super::setup::current_setup::Setup;
 use super::setup::kept_curve::KeptCurve;
@@ -66,6 +67,8 @@ pub struct State {
     pub fitting: Fitting,
     /// The guided identification.
     pub identification: Identification,
+    /// What each slider changes in the residual.
+    pub sensing: Sensing,
     /// The Diagnose workspace.
     pub diagnosing: Diagnosing,
 }
@@ -92,6 +95,7 @@ impl State {
             kept_open: false,
             fitting: Fitting::default(),
             identification: Identification::default(),
+            sensing: Sensing::default(),
             diagnosing: Diagnosing::default(),
         }
     }

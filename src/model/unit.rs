@@ -98,9 +98,10 @@ pub fn parse_quantity(text: &str, base: &str) -> Result<f64, UnitError> {
     }
 }
 
-/// True for units that read naturally with an engineering prefix (`um`, `nN`).
+/// True for units that read naturally with an engineering prefix (`um`, `nN`). What is a multiple
+/// of something (`%`, `1/V`, `x noise`) does not.
 fn takes_prefix(base: &str) -> bool {
-    !base.is_empty() && !base.contains('^') && !base.starts_with(['%', '1'])
+    !base.is_empty() && !base.contains('^') && !base.starts_with(['%', '1', 'x'])
 }
 
 /// The engineering prefix that suits `magnitude`, as `(text, factor)`.
@@ -227,5 +228,7 @@ mod tests {
         assert_eq!(format_quantity(0.0, "V", 4), "0 V");
         assert_eq!(format_quantity(1e-3, "s", 3), "1 ms");
         assert_eq!(format_quantity(0.064, "1/V", 3), "0.064 1/V");
+        assert_eq!(format_quantity(3200.0, "x noise", 3), "3200 x noise");
+        assert_eq!(parse_quantity("5 x noise", "x noise"), Ok(5.0));
     }
 }

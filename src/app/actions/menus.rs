@@ -8,7 +8,7 @@ use crate::app::services::Services;
 use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::choose_preset;
 use crate::app::setup::drive_choice::Mode;
-use crate::app::setup::view::Picture;
+use crate::app::setup::view::{Picture, RecordingLayout, ResidualUnit};
 use crate::app::setup::workspace_id::WorkspaceId;
 use crate::model::preset::{EMBEDDED, Preset};
 
@@ -49,6 +49,7 @@ const MENUS: [Menu; 4] = [
             Command::Restart,
             Command::FitPanel,
             Command::Identification,
+            Command::Sensitivity,
             Command::Validation,
         ]],
     ),
@@ -149,6 +150,9 @@ fn view_menu(services: &mut Services, ui: &mut Ui) {
     ui.separator();
     let view = [
         Command::ZoomAll,
+        Command::ResidualUnit,
+        Command::FixResidual,
+        Command::SmallMultiples,
         Command::KeepCurve,
         Command::KeptCurves,
         Command::SidePanel,
@@ -164,6 +168,10 @@ fn items(services: &mut Services, ui: &mut Ui, commands: &[Command]) {
         let (name, line) = command.text();
         let is_on = match command {
             Command::TogglePicture(picture) => services.state.view.pictures.contains(&picture),
+            Command::ResidualUnit => services.state.view.residual_unit == ResidualUnit::Noise,
+            Command::SmallMultiples => {
+                services.state.view.recording_layout == RecordingLayout::SmallMultiples
+            }
             Command::SetMode(mode) => services.state.view.mode == mode,
             Command::Workspace(id) => services.state.view.workspace == id.name(),
             _ => false,

@@ -60,6 +60,7 @@ pub fn is_possible(services: &Services, command: Command) -> bool {
         Command::Step => live && state.paused,
         Command::LoadDrive => state.setup.preset.model.piezo.is_some(),
         Command::AutoAlign => !state.setup.overlays.is_empty() && state.snapshot.is_some(),
+        Command::SmallMultiples => state.setup.overlays.iter().filter(|o| o.visible).count() > 1,
         Command::RemoveRecording => selected(state).is_some(),
         Command::UseRecordedDrive => {
             state.setup.preset.model.piezo.is_some()
@@ -152,12 +153,16 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
             }
         }
         Command::ZoomAll => zoom_all(state),
+        Command::ResidualUnit => state.view.switch_residual_unit(),
+        Command::FixResidual => state.view.fix_residual_in_noise(),
+        Command::SmallMultiples => state.view.switch_recording_layout(),
         Command::ToggleTheme => {
             state.view.dark = !state.view.dark;
         }
         Command::SidePanel => state.view.side_panel = !state.view.side_panel,
         Command::Help => services.dialogs.toggle_help(),
         Command::Identification => state.identification.open = !state.identification.open,
+        Command::Sensitivity => state.sensing.open = !state.sensing.open,
         Command::FitPanel => state.fitting.open = !state.fitting.open,
         Command::Validation => state.validation_open = !state.validation_open,
         Command::DriveEditor => state.drive_editor_open = !state.drive_editor_open,
@@ -213,10 +218,10 @@ fn reset_all(services: &mut Services) {
     services.shows_hint = true;
 }
 
-/// Shows the whole span in time, and all values of each picture.
+/// Shows the whole span in time, and all values of each picture whose scale is not fixed.
 fn zoom_all(state: &mut State) {
     state.view.time_range = None;
-    state.view.value_ranges.clear();
+    state.view.zoom_out_values();
 }
 
 fn set_mode(state: &mut State, mode: Mode) {

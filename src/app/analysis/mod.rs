@@ -11,3 +11,4 @@ pub mod job;
 pub(super) mod recording_noise;
 pub mod recording_roles;
 pub mod sealed_trial;
+pub mod sensitivity;

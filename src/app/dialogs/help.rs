@@ -6,7 +6,7 @@ use super::escape;
 use crate::app::setup::command::Command;
 
 /// Mouse and key gestures.
-const GESTURES: [(&str, &str); 14] = [
+const GESTURES: [(&str, &str); 16] = [
     ("drag in a plot", "move through time"),
     ("wheel in a plot", "zoom in time around the pointer"),
     ("double-click in a plot", "show the whole span"),
@@ -16,6 +16,14 @@ const GESTURES: [(&str, &str); 14] = [
     ),
     ("drag on the scale of a plot", "move through values"),
     ("double-click on the scale of a plot", "show all values"),
+    (
+        "right-click on the scale of a plot",
+        "keep this scale, or let it follow the curve",
+    ),
+    (
+        "double-click on the name of a panel",
+        "show this recording alone, or all (small multiples)",
+    ),
     ("click in a plot", "set the cursor"),
     (
         "Shift + click in a plot",

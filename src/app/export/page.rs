@@ -289,6 +289,9 @@ impl Placed<'_> {
             return Ok(());
         }
         canvas.line(&[[min[0], y], [max[0], y]], color, 1.0)?;
+        if name.is_empty() {
+            return Ok(());
+        }
         // Below the line if there is room, above it otherwise.
         let shift = if max[1] - y > 17.0 { 8.0 } else { -8.0 };
         let at = [max[0] - 6.0, y + shift];

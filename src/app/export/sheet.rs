@@ -199,7 +199,7 @@ impl Panel {
         let height = match plot.picture {
             Picture::Trajectory => 320.0,
             Picture::Forces => 240.0,
-            Picture::Residual => 150.0,
+            Picture::Residual => 180.0,
             _ => 110.0,
         };
         Self {

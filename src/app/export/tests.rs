@@ -102,7 +102,7 @@ fn an_svg_says_what_the_window_says() {
     for text in [
         "drive V [V]",
         "displacement x [\u{b5}m]",
-        "residual [\u{b5}m]",
+        "simulation \u{2212} recording [\u{b5}m]",
         "force [\u{b5}N]",
         "time t [ms]",
         "vp [mm/s]",

@@ -8,6 +8,7 @@ use crate::app::files::session::*;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::kept_curve::{KeptCurve, RunOrigin, of_session};
 use crate::app::setup::overlay::{Overlay, Role};
+use crate::app::setup::view::{RecordingLayout, ResidualUnit};
 use crate::model::drive::{VoltageTable, Waveform};
 use crate::model::effects;
 use crate::model::effects::ActiveEffect;
@@ -66,6 +67,12 @@ fn a_saved_session_is_restored_unchanged() {
             slow_down: 0.003,
             time_range: Some((0.01, 0.02)),
             value_ranges: [("Phase portrait".to_owned(), (-1e-6, 2e-6))].into(),
+            fixed_scales: ["Phase portrait".to_owned()].into(),
+            residual_unit: ResidualUnit::Noise,
+            recording_layout: RecordingLayout::SmallMultiples,
+            own_value_scales: true,
+            common_time: true,
+            shown_alone: Some(7),
             workspace: "diagnose".to_owned(),
             ..View::default()
         };

@@ -105,27 +105,62 @@ fn own_runs(ui: &Ui, state: &State) -> Vec<Curve> {
         return Vec::new();
     };
     let shared = &snapshot.trace;
-    let dark = ui.visuals().dark_mode;
     let curve = |overlay: &Overlay| {
         let own = residual::comparison(state, overlay)?.own.as_ref()?;
-        if coincides(&own.trace, shared) {
-            return None;
-        }
-        // The recording's own colour, stronger: simulation and recording of one belong together.
-        let color = style::overlay_color(ui, overlay.color);
-        let color = if dark {
-            color.lerp_to_gamma(eframe::egui::Color32::WHITE, 0.35)
-        } else {
-            color.lerp_to_gamma(eframe::egui::Color32::BLACK, 0.35)
-        };
-        let name = format!("xp simulated as {}", overlay.recording.name);
-        let curve = Curve::new(name, Arc::clone(&own.proof_mass_pyramid), color);
-        let slot = overlay.id;
-        let curve = curve.through(corners(ui, ("own run", slot), &own.trace));
-        Some(curve.width(THICK_LINE).owned(overlay.id))
+        let curve = run_of(ui, overlay, &own.trace, &own.proof_mass_pyramid);
+        (!coincides(&own.trace, shared)).then_some(curve)
     };
     let visible = state.setup.overlays.iter().filter(|o| o.visible);
     visible.filter_map(curve).collect()
+}
+
+/// The run that a recording is compared with, in the recording's colour.
+fn run_of(ui: &Ui, overlay: &Overlay, trace: &Arc<Trace>, xp: &Arc<Pyramid>) -> Curve {
+    let color = style::strong_overlay_color(ui, overlay.color);
+    let name = format!("xp simulated as {}", overlay.recording.name);
+    let curve = Curve::new(name, Arc::clone(xp), color);
+    let curve = curve.through(corners(ui, ("own run", overlay.id), trace));
+    curve.width(THICK_LINE).owned(overlay.id)
+}
+
+/// The picture of one recording and the run that it is compared with.
+pub fn describe_one(ui: &Ui, state: &State, overlay: &Overlay) -> TimePlot {
+    let palette = style::palette(ui);
+    let mut plot = TimePlot::new(Picture::Trajectory, "displacement x", "m");
+    plot.short_quantity = Some("x");
+    plot.least = 1e-10;
+    plot.curves
+        .extend(recorded_one(ui, state, overlay, Channel::Cantilever));
+    if let Some(snapshot) = &state.snapshot {
+        let own = residual::comparison(state, overlay).and_then(|c| c.own.as_ref());
+        let (trace, xp, xc) = match own {
+            Some(own) => (&own.trace, &own.proof_mass_pyramid, &own.cantilever_pyramid),
+            None => (
+                &snapshot.trace,
+                &snapshot.proof_mass_pyramid,
+                &snapshot.cantilever_pyramid,
+            ),
+        };
+        if !xc.is_empty() {
+            let name = format!("xc simulated as {}", overlay.recording.name);
+            let curve = Curve::new(name, Arc::clone(xc), palette.cantilever);
+            plot.curves.push(curve.width(1.0).owned(overlay.id));
+        }
+        let proof_mass = run_of(ui, overlay, trace, xp);
+        plot.curves.push(proof_mass.clone());
+        if let Some(value) = trace.ground_level {
+            plot.levels.push(Level {
+                value,
+                text: "ground",
+                color: palette.ground,
+            });
+        }
+        plot.contacts = Some(Arc::clone(trace));
+        plot.events = Some((Arc::clone(trace), proof_mass));
+    }
+    plot.curves
+        .extend(recorded_one(ui, state, overlay, Channel::ProofMass));
+    plot
 }
 
 /// Whether two runs are one line on the screen.
@@ -150,24 +185,24 @@ fn coincides(own: &Trace, shared: &Trace) -> bool {
 
 /// A channel of every visible recording that has it, aligned, in its colour.
 pub fn recorded(ui: &Ui, state: &State, channel: Channel) -> Vec<Curve> {
-    let curve = |overlay: &Overlay| {
-        let mut color = style::overlay_color(ui, overlay.color);
-        if channel == Channel::Cantilever {
-            color = color.gamma_multiply(0.55);
-        }
-        let name = format!("{} {}", channel.symbol(), overlay.recording.name);
-        let curve = Curve::new(name, cache::channel(ui, overlay, channel)?, color);
-        // As it was compared: with zero and clock as estimated.
-        let compared = residual::comparison(state, overlay);
-        let alignment = compared.map_or(overlay.alignment, |c| c.alignment);
-        let placed = Placed::aligned(&alignment, channel);
-        let curve = curve.placed(placed).owned(overlay.id);
-        Some(curve.width(THIN_LINE).dots())
-    };
-    let overlays = &state.setup.overlays;
-    overlays
-        .iter()
-        .filter(|overlay| overlay.visible)
-        .filter_map(curve)
+    let visible = state.setup.overlays.iter().filter(|o| o.visible);
+    visible
+        .filter_map(|overlay| recorded_one(ui, state, overlay, channel))
         .collect()
+}
+
+/// A channel of a recording, if it has it.
+fn recorded_one(ui: &Ui, state: &State, overlay: &Overlay, channel: Channel) -> Option<Curve> {
+    let mut color = style::overlay_color(ui, overlay.color);
+    if channel == Channel::Cantilever {
+        color = color.gamma_multiply(0.55);
+    }
+    let name = format!("{} {}", channel.symbol(), overlay.recording.name);
+    let curve = Curve::new(name, cache::channel(ui, overlay, channel)?, color);
+    // As it was compared: with zero and clock as estimated.
+    let compared = residual::comparison(state, overlay);
+    let alignment = compared.map_or(overlay.alignment, |c| c.alignment);
+    let placed = Placed::aligned(&alignment, channel);
+    let curve = curve.placed(placed).owned(overlay.id);
+    Some(curve.width(THIN_LINE).dots())
 }

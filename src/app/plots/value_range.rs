@@ -2,7 +2,7 @@
 //! axis change them. A range that a person chose stays until it is given up: the same residual is
 //! then drawn at the same height while a slider is dragged.
 
-use eframe::egui::{Button, CursorIcon, EventFilter, Key, Response, StrokeKind, Ui};
+use eframe::egui::{Button, CursorIcon, EventFilter, Id, Key, Response, StrokeKind, Ui};
 
 use super::frame::time_plot::{Reply, TimePlot};
 use crate::app::state::State;
@@ -35,11 +35,36 @@ fn key_steps(ui: &Ui, axis: &Response) -> i32 {
 
 /// Sets the range that the person chose for a picture.
 pub fn choose(plot: &mut TimePlot, state: &State) {
-    let chosen = state.view.value_ranges.get(plot.picture.name());
+    let chosen = state.view.value_ranges.get(&plot.scale);
     plot.chosen = chosen.copied().filter(|&range| is_valid(range));
 }
 
-fn is_valid((low, high): (f64, f64)) -> bool {
+/// Range of values to show on the scale of that name, where all of them are in view: during a drag
+/// of whatever kind it grows at once, and shrinks only after it, so that a curve does not seem to
+/// stay as it is while its axis changes. `window` is the time in view: another one begins anew.
+pub fn held(ui: &Ui, scale: &str, window: (f64, f64), now: (f64, f64)) -> (f64, f64) {
+    type Shown = ((f64, f64), (f64, f64));
+    let id = Id::unique(("values shown", scale));
+    // A slider is moved by keys as well.
+    let dragging = ui.input(|input| input.pointer.any_down() || !input.keys_down.is_empty());
+    let before: Option<Shown> = ui.data(|data| data.get_temp(id));
+    let range = match before {
+        Some((of, (low, high))) if dragging && of == window => (now.0.min(low), now.1.max(high)),
+        _ => now,
+    };
+    ui.data_mut(|data| data.insert_temp(id, (window, range)));
+    range
+}
+
+/// Lets a drag hold the values in view of a picture, unless the person chose them.
+pub fn hold(ui: &Ui, plot: &mut TimePlot, window: (f64, f64)) {
+    if plot.chosen.is_none() {
+        plot.chosen = Some(held(ui, &plot.scale, window, plot.range(window)));
+    }
+}
+
+/// Whether a range of values can be shown; SI.
+pub fn is_valid((low, high): (f64, f64)) -> bool {
     let size = low.abs().max(high.abs());
     let least = SPAN_LIMITS.0.max(MIN_RELATIVE_SPAN * size);
     low.is_finite() && high.is_finite() && (least..=SPAN_LIMITS.1).contains(&(high - low))
@@ -48,7 +73,7 @@ fn is_valid((low, high): (f64, f64)) -> bool {
 /// Reacts to mouse and wheel over the axis of a plot. It takes the wheel before the zoom in time.
 pub fn react(ui: &Ui, state: &mut State, reply: &Reply) {
     let (axis, frame) = (&reply.axis, reply.response.rect);
-    let name = reply.picture.name();
+    let name = reply.scale.as_str();
     let (low, high) = reply.values;
     let span = high - low;
     let height = f64::from(frame.height());
@@ -90,20 +115,17 @@ pub fn react(ui: &Ui, state: &mut State, reply: &Reply) {
     }
     let reset = axis.has_focus() && ui.input(|input| input.key_pressed(Key::Backspace));
     if axis.double_clicked() || reset {
-        state.view.value_ranges.remove(name);
+        state.view.release_values(name);
     }
     axis.context_menu(|ui| {
         if ui.button("Keep this scale").clicked() {
-            state
-                .view
-                .value_ranges
-                .insert(name.to_owned(), reply.values);
+            state.view.fix_values(name, reply.values);
             ui.close();
         }
         let is_chosen = state.view.value_ranges.contains_key(name);
         let automatic = ui.add_enabled(is_chosen, Button::new("Automatic scale"));
         if automatic.clicked() {
-            state.view.value_ranges.remove(name);
+            state.view.release_values(name);
             ui.close();
         }
     });

@@ -51,6 +51,12 @@ pub enum Command {
     TogglePicture(Picture),
     /// The whole time span.
     ZoomAll,
+    /// The residual as a length, or in units of the noise.
+    ResidualUnit,
+    /// Fixes the residual's scale in units of the noise.
+    FixResidual,
+    /// Several recordings in one picture, or in a panel each.
+    SmallMultiples,
     /// Dark or light.
     ToggleTheme,
     /// Shows or hides the panel on the right.
@@ -67,6 +73,8 @@ pub enum Command {
     FitPanel,
     /// Shows the guided identification.
     Identification,
+    /// Shows what each slider changes in the residual.
+    Sensitivity,
     /// Shifts the selected recording onto the simulation.
     AutoAlign,
     /// Puts the focus into the field that finds a slider.
@@ -129,11 +137,15 @@ impl Command {
             Command::KeepCurve,
             Command::KeptCurves,
             Command::ZoomAll,
+            Command::ResidualUnit,
+            Command::FixResidual,
+            Command::SmallMultiples,
             Command::DriveEditor,
             Command::LoadDrive,
             Command::Validation,
             Command::FitPanel,
             Command::Identification,
+            Command::Sensitivity,
             Command::AutoAlign,
             Command::ToggleTheme,
             Command::SidePanel,
@@ -213,7 +225,26 @@ impl Command {
                 "Kept curves",
                 "Show or hide the kept curves with their misfits and features",
             ),
-            Command::ZoomAll => ("Zoom to all", "Show the whole time span and all values"),
+            Command::ZoomAll => (
+                "Zoom to all",
+                "Show the whole time span and all values; fixed scales stay",
+            ),
+            Command::ResidualUnit => (
+                "Residual in units of the noise",
+                "Draw each recording's residual divided by its own noise, or as a length",
+            ),
+            Command::FixResidual => (
+                "Fix the residual's scale at \u{b1}5 x noise",
+                "The scale then stays as it is while a slider is dragged",
+            ),
+            Command::SmallMultiples => (
+                "Small multiples",
+                "Draw one panel for each recording, or all in one picture",
+            ),
+            Command::Sensitivity => (
+                "Sensitivity",
+                "Show what each slider changes in the residual, and which one to take",
+            ),
             Command::DriveEditor => ("Drive editor", "Edit waveform, frequency and amplitude"),
             Command::FitPanel => ("Fit", "Fit parameters to the recordings"),
             Command::Identification => (
@@ -382,6 +413,9 @@ impl Command {
             Command::Validation => plain(Key::T),
             Command::FitPanel => plain(Key::F),
             Command::Identification => plain(Key::I),
+            Command::Sensitivity => plain(Key::S),
+            Command::ResidualUnit => plain(Key::U),
+            Command::SmallMultiples => plain(Key::M),
             Command::ToggleTheme => plain(Key::N),
             Command::SidePanel => plain(Key::P),
             Command::Help => plain(Key::Questionmark),

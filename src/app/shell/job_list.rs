@@ -45,7 +45,7 @@ impl Entry {
 }
 
 /// All kinds of jobs in the order of the list, each with the job in progress, if there is one.
-fn jobs(services: &Services, ui: &Ui) -> [(&'static str, Option<Entry>); 6] {
+fn jobs(services: &Services, ui: &Ui) -> [(&'static str, Option<Entry>); 7] {
     let of_fit = |p: &crate::fit::Progress| p.iteration as f64 / p.expected.max(1) as f64;
     let state = &services.state;
     let fit = state.fitting.job.as_ref();
@@ -56,6 +56,7 @@ fn jobs(services: &Services, ui: &Ui) -> [(&'static str, Option<Entry>); 6] {
     let trial = state.diagnosing.trial.making.as_ref();
     let (a, b, c) = ("fit", "profile", "identification");
     let (d, e, f) = ("fit to Table A.1", "diagnosis", "sealed trial");
+    let (g, sensing) = ("sensitivity", state.sensing.job());
     [
         (a, fit.and_then(|job| Entry::of(a, job, of_fit))),
         (b, profile.and_then(|(_, job)| Entry::of(b, job, of_fit))),
@@ -72,6 +73,7 @@ fn jobs(services: &Services, ui: &Ui) -> [(&'static str, Option<Entry>); 6] {
             diagnosis.and_then(|running| Entry::of(e, &running.job, |p| p.done)),
         ),
         (f, trial.and_then(|job| Entry::of(f, job, |()| 0.0))),
+        (g, sensing.and_then(|job| Entry::of(g, job, |share| *share))),
     ]
 }
 

@@ -242,6 +242,23 @@ pub fn experiment_of(overlay: &Overlay, drive: Waveform, reach: f64) -> Experime
     experiment
 }
 
+/// The experiment of a recording as it was compared last, under its own drive or else `shared`, that
+/// of the simulation; `None` without either.
+pub fn shown_experiment(
+    overlay: &Overlay,
+    compared: &OverlayComparison,
+    shared: Option<&Waveform>,
+) -> Option<Experiment> {
+    match &compared.own {
+        Some(own) => {
+            let mut experiment = experiment_of(overlay, own.drive.clone(), own.drive_reach);
+            experiment.start.clone_from(&own.start);
+            Some(experiment)
+        }
+        None => Some(experiment_of(overlay, shared?.clone(), 0.0)),
+    }
+}
+
 fn compare_one(
     shared: SharedRun<'_>,
     overlay: &Overlay,
@@ -364,11 +381,9 @@ fn finished(
         alignment,
         noise: (noise > 0.0).then_some(noise),
         own: drive_text.is_some().then(|| {
-            OwnRun::new(
-                experiment.drive.clone(),
-                experiment.start.clone(),
-                &result.trace,
-            )
+            let reach = experiment.priors.map_or(0.0, |priors| priors.drive_reach);
+            let (drive, start) = (experiment.drive.clone(), experiment.start.clone());
+            OwnRun::new(drive, start, &result.trace).known_to(reach)
         }),
         drive_text,
         comparison: Ok(Arc::new(result.proof_mass)),

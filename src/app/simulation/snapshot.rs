@@ -71,6 +71,8 @@ pub struct OwnRun {
     /// The state in which it begins; `None` for that of the device, at rest unless it has `x0` or
     /// `v0`.
     pub start: Option<StartState>,
+    /// By how much the drive may lie earlier or later, see `InstrumentPriors::drive_reach` \[s\].
+    pub drive_reach: f64,
     /// The run.
     pub trace: Arc<Trace>,
     /// `trace.proof_mass` decimated for drawing.
@@ -86,10 +88,19 @@ impl OwnRun {
         Self {
             drive,
             start,
+            drive_reach: 0.0,
             proof_mass_pyramid: pyramid(&trace.proof_mass),
             cantilever_pyramid: pyramid(&trace.cantilever),
             trace: Arc::clone(trace),
         }
+    }
+}
+
+impl OwnRun {
+    /// With a drive whose instants are known to `reach` \[s\].
+    pub fn known_to(mut self, reach: f64) -> Self {
+        self.drive_reach = reach;
+        self
     }
 }
 

@@ -10,6 +10,7 @@ mod decide;
 mod drive_freedom;
 mod improve;
 mod instrument;
+mod sensitivity;
 mod start_state;
 #[cfg(test)]
 mod tests;
@@ -21,6 +22,7 @@ use thiserror::Error;
 pub use self::decide::{Decision, Questions, decide, whole_run};
 pub use self::drive_freedom::{ImprovedDrive, improve_drive};
 pub use self::instrument::{InstrumentPriors, estimate_instrument};
+pub use self::sensitivity::{Influence, Probe, Sensitivity, Suggestion, sensitivity};
 pub use self::start_state::{FoundStart, estimate_start, improve_start};
 
 use crate::model::Model;

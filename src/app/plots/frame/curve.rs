@@ -37,6 +37,14 @@ impl Placed {
         }
     }
 
+    /// Multiplied by `scale`.
+    pub fn scaled(scale: f64) -> Self {
+        Self {
+            scale,
+            ..Self::IDENTITY
+        }
+    }
+
     /// Value as it is drawn.
     pub fn value(self, value: f64) -> f64 {
         value * self.scale + self.offset

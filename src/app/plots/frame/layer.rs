@@ -39,7 +39,7 @@ impl Layer {
     }
 
     /// A line across the frame at `y`, in the plot's own units, with `text` at its right
-    /// end: below the line if there is room, above it otherwise.
+    /// end, if it has one: below the line if there is room, above it otherwise.
     pub fn level(y: f64, text: &'static str, color: Color32) -> Self {
         Self::new(move |ui, transform, shapes| {
             let frame = transform.frame();
@@ -48,6 +48,9 @@ impl Layer {
                 return;
             }
             shapes.push(Shape::hline(frame.x_range(), y, Stroke::new(1.0, color)));
+            if text.is_empty() {
+                return;
+            }
             let below = frame.bottom() - y > 16.0;
             let (anchor, shift) = if below {
                 (Align2::RIGHT_TOP, 1.0)

@@ -90,7 +90,7 @@ impl Readout {
                     }
                     kept.push(key.clone());
                 }
-                let value = time.and_then(|t| curve.value_at(t));
+                let value = time.and_then(|t| curve.value_at(t + plot.time_offset));
                 let switch = Switch {
                     name: key.clone(),
                     keys: vec![key],
@@ -243,7 +243,8 @@ fn differences(
             None => !grouped || curve.owner.is_none() || curve.owner == state.selected,
         };
         for curve in plot.drawn().filter(is_listed) {
-            let ends = curve.value_at(second).zip(curve.value_at(first));
+            let at = |t: f64| curve.value_at(t + plot.time_offset);
+            let ends = at(second).zip(at(first));
             let difference = ends.map_or_else(
                 || "-".to_owned(),
                 |(b, a)| format_quantity(b - a, plot.base, 4),
@@ -283,7 +284,7 @@ fn of_recordings(ui: &Ui, state: &State, plots: &[TimePlot], time: Option<f64>) 
             if curve.hidden == hidden {
                 keys.push(plot.key(curve));
             }
-            let Some(now) = time.and_then(|t| curve.value_at(t)) else {
+            let Some(now) = time.and_then(|t| curve.value_at(t + plot.time_offset)) else {
                 continue;
             };
             let now = format_quantity(now, plot.base, 4);

@@ -143,6 +143,17 @@ pub fn overlay_colors(dark: bool) -> [Color32; 12] {
     if dark { DARK } else { LIGHT }
 }
 
+/// Colour of what is simulated or computed for a recording: the recording's own, stronger, so that
+/// they are seen to belong together.
+pub fn strong_overlay_color(ui: &Ui, index: usize) -> Color32 {
+    let color = overlay_color(ui, index);
+    if ui.visuals().dark_mode {
+        color.lerp_to_gamma(Color32::WHITE, 0.35)
+    } else {
+        color.lerp_to_gamma(Color32::BLACK, 0.35)
+    }
+}
+
 /// Colour of a recording by its index in the palette.
 pub fn overlay_color(ui: &Ui, index: usize) -> Color32 {
     let colors = overlay_colors(ui.visuals().dark_mode);

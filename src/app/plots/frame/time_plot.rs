@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui::{
-    Align2, Color32, Id, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
+    Align2, Color32, FontId, Id, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
 };
 use egui_plot::{Plot, PlotPoint, PlotTransform};
 
@@ -12,6 +12,7 @@ use super::curve::{Curve, kept_key};
 use super::layer::{Layer, Mark, label, mark};
 use super::style::Palette;
 use super::{axes, style};
+use crate::app::setup::overlay::OverlayId;
 use crate::app::setup::view::Picture;
 use crate::app::state::Cursors;
 use crate::sim::{EventKind, Trace};
@@ -19,12 +20,15 @@ use crate::sim::{EventKind, Trace};
 /// Samples with at least this many pixels each are drawn as dots.
 const DOT_PIXELS: usize = 5;
 
+/// Height of ticks and label of the time axis \[points\].
+pub const TIME_AXIS_HEIGHT: f32 = 36.0;
+
 /// A horizontal line with its name.
 #[derive(Debug, Clone)]
 pub struct Level {
     /// SI.
     pub value: f64,
-    /// What it is.
+    /// What it is; empty for a line without a name.
     pub text: &'static str,
     /// Its colour.
     pub color: Color32,
@@ -37,11 +41,20 @@ pub struct TimePlot {
     pub picture: Picture,
     /// Quantity on the vertical axis.
     pub quantity: &'static str,
+    /// The same shorter, for a picture too low for it.
+    pub short_quantity: Option<&'static str>,
     /// Its SI unit.
     pub base: &'static str,
+    /// Name of its scale in `View::value_ranges`. Pictures with the same one have the same values
+    /// in view.
+    pub scale: String,
+    /// The recording whose panel it belongs to, with its name, if each has a panel.
+    pub panel: Option<(OverlayId, String)>,
+    /// Its own time at t = 0 of the cursors \[s\].
+    pub time_offset: f64,
     /// The smallest range that is shown.
     pub least: f64,
-    /// The values in view as the person chose them; all of them if `None`.
+    /// The values in view as the person chose them or a drag holds them; all of them if `None`.
     pub chosen: Option<(f64, f64)>,
     /// Curves, from back to front.
     pub curves: Vec<Curve>,
@@ -72,8 +85,8 @@ pub struct Reply {
     pub response: Response,
     /// Time at its left and right edge \[s\].
     pub window: (f64, f64),
-    /// Which picture.
-    pub picture: Picture,
+    /// Name of its scale in `View::value_ranges`.
+    pub scale: String,
     /// Value at its lower and upper edge, SI.
     pub values: (f64, f64),
     /// Response of the vertical axis.
@@ -86,7 +99,11 @@ impl TimePlot {
         Self {
             picture,
             quantity,
+            short_quantity: None,
             base,
+            scale: picture.name().to_owned(),
+            panel: None,
+            time_offset: 0.0,
             least: 0.0,
             chosen: None,
             curves: Vec::new(),
@@ -139,13 +156,22 @@ impl TimePlot {
         let (low, high) = self.range(window);
         let unit = Unit::of_range(self.base, low, high);
         let label = unit.label(self.quantity);
-        let name = format!(
-            "{}: {label} against {}",
-            self.picture.name(),
-            time.label("time t")
-        );
+        let title = match &self.panel {
+            Some((_, of)) => format!("{} of {of}", self.picture.name()),
+            None => self.picture.name().to_owned(),
+        };
+        let name = format!("{title}: {label} against {}", time.label("time t"));
         let x_label = lowest.then(|| time.label("time t"));
-        let plot = Plot::new(("time plot", self.picture.name()))
+        let frame_height = height - if lowest { TIME_AXIS_HEIGHT } else { 0.0 };
+        let label = match self.short_quantity {
+            Some(short) if text_width(ui, &label) > frame_height => unit.label(short),
+            _ => label,
+        };
+        let slot = (
+            self.picture.name(),
+            self.panel.as_ref().map(|(panel, _)| *panel),
+        );
+        let plot = Plot::new(("time plot", slot))
             .width(ui.available_width() - 14.0)
             .sense(Sense::click_and_drag());
         let pixels = (ui.available_width() - style::AXIS_WIDTH).max(16.0) as usize;
@@ -197,18 +223,27 @@ impl TimePlot {
             pos2(frame.left() - style::AXIS_WIDTH, frame.top()),
             frame.left_bottom(),
         );
-        let id = Id::unique(("value axis", self.picture.name()));
+        let id = Id::unique(("value axis", slot));
         let axis = ui.interact(axis, id, Sense::click_and_drag());
-        let name = format!("Scale of {}", self.picture.name());
+        let name = format!("Scale of {title}");
         axis.widget_info(|| WidgetInfo::labeled(Role::Splitter, true, &name));
         Reply {
             response: reply.response,
             window,
-            picture: self.picture,
+            scale: self.scale,
             values: (low, high),
             axis,
         }
     }
+}
+
+/// Width of a text on an axis \[points\].
+fn text_width(ui: &Ui, text: &str) -> f32 {
+    let font = FontId::proportional(style::AXIS_TEXT);
+    let galley = ui
+        .painter()
+        .layout_no_wrap(text.to_owned(), font, Color32::PLACEHOLDER);
+    galley.size().x
 }
 
 /// A rectangle over the whole height, from `from` to `to` in plot units.

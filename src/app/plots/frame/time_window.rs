@@ -19,7 +19,7 @@ fn simulated(state: &State) -> Option<(f64, f64)> {
 }
 
 /// First and last time of the visible recordings, as aligned \[s\].
-fn recorded(state: &State) -> Option<(f64, f64)> {
+pub fn recorded(state: &State) -> Option<(f64, f64)> {
     let visible = state.setup.overlays.iter().filter(|o| o.visible);
     union(visible.map(|overlay| {
         let (first, last) = overlay.recording.span();
@@ -46,12 +46,17 @@ fn all(state: &State) -> (f64, f64) {
         .unwrap_or((0.0, state.setup.duration.max(MIN_SPAN)))
 }
 
-/// Time in view \[s\]. A live run is shown up to the right edge.
-pub fn in_view(state: &State) -> (f64, f64) {
-    let chosen = state
+/// The time that the person chose to look at \[s\]; `None` for all of it.
+pub fn chosen(state: &State) -> Option<(f64, f64)> {
+    state
         .view
         .time_range
-        .filter(|(from, to)| from.is_finite() && to.is_finite() && to > from);
+        .filter(|(from, to)| from.is_finite() && to.is_finite() && to > from)
+}
+
+/// Time in view \[s\]. A live run is shown up to the right edge.
+pub fn in_view(state: &State) -> (f64, f64) {
+    let chosen = chosen(state);
     if let Some(live) = live(state) {
         let end = live_end(state, &live);
         let width = chosen.map_or(state.setup.duration, |(from, to)| to - from);
@@ -105,11 +110,8 @@ fn look_at(state: &mut State, from: f64, to: f64) {
 /// Shows the whole simulation; the second time also the recordings beyond it.
 fn show_all(state: &mut State) {
     // A zoom of the values is undone first.
-    if !state.view.value_ranges.is_empty() {
-        state.view.value_ranges.clear();
-        if state.view.time_range.is_none() {
-            return;
-        }
+    if state.view.zoom_out_values() && state.view.time_range.is_none() {
+        return;
     }
     let all = all(state);
     let widest = union([all].into_iter().chain(recorded(state)));

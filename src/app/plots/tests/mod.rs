@@ -186,7 +186,7 @@ fn every_axis_has_a_quantity_and_a_unit() {
     for name in [
         "Voltage: drive V [V] against time t [ms]",
         "Trajectory: displacement x [\u{b5}m] against time t [ms]",
-        "Residual: residual [\u{b5}m] against time t [ms]",
+        "Residual: simulation \u{2212} recording [\u{b5}m] against time t [ms]",
         "Forces: force [nN] against time t [ms]",
         "Phase portrait: vp [mm/s] against xp [\u{b5}m]",
         "Drive loop: xp [\u{b5}m] against drive V [V]",

@@ -9,6 +9,7 @@ mod misfit_line;
 mod parameters;
 mod readouts;
 pub(crate) mod recordings;
+mod sensitivity;
 mod start;
 pub mod table_a1;
 #[cfg(test)]
@@ -47,6 +48,10 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         .size_range(least..=most)
         .show(ui, |ui| parameters::show(ui, state));
     state.fitting.poll(&state.setup);
+    state.sensing.hovered = None;
+    let busy = ui.input(|input| input.pointer.any_down());
+    let snapshot = state.snapshot.as_ref();
+    (state.sensing).update(&state.setup, snapshot, busy, ui.ctx());
     tools::show(ui, state);
     CentralPanel::default().show(ui, |ui| {
         misfit_line::show(ui, state);

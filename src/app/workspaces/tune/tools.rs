@@ -1,13 +1,13 @@
-//! The tools of the workspace: drive editor, fit, identification, Table A.1, kept curves. They dock
-//! between the plots and the readouts, so that they cover nothing that they change. Each keeps its
-//! own width. Several share the place as tabs. In a window without room for both, the readouts are
-//! a tab as well.
+//! The tools of the workspace: drive editor, fit, identification, sensitivity, Table A.1, kept curves.
+//! They dock between the plots and the readouts, so that they cover nothing that they change. Each
+//! keeps its own width. Several share the place as tabs. In a window without room for both, the
+//! readouts are a tab as well.
 
 use eframe::egui::{Align, Id, Layout, Panel, ScrollArea, Ui};
 
 use super::drive::editor;
 use super::drive::place::Place;
-use super::{fit, kept_curves, readouts, recordings, table_a1};
+use super::{fit, kept_curves, readouts, recordings, sensitivity, table_a1};
 use crate::app::state::State;
 use crate::app::widgets::icon::{Icon, icon_button};
 
@@ -25,6 +25,7 @@ enum Tool {
     Drive,
     Fit,
     Identification,
+    Sensitivity,
     Table,
     Kept,
     /// Recordings and readouts, in a window without room for a panel of their own.
@@ -37,6 +38,7 @@ impl Tool {
         Self::Drive,
         Self::Fit,
         Self::Identification,
+        Self::Sensitivity,
         Self::Table,
         Self::Kept,
     ];
@@ -47,6 +49,7 @@ impl Tool {
             Self::Drive => "Drive editor",
             Self::Fit => "Fit",
             Self::Identification => "Identification",
+            Self::Sensitivity => "Sensitivity",
             Self::Table => "Table A.1",
             Self::Kept => "Kept curves",
             Self::Readouts => "Recordings",
@@ -60,6 +63,7 @@ impl Tool {
             Self::Drive => 360.0,
             Self::Fit => 430.0,
             Self::Identification => 470.0,
+            Self::Sensitivity => 420.0,
             Self::Table => 640.0,
             Self::Kept => 620.0,
         }
@@ -71,6 +75,7 @@ impl Tool {
             Self::Drive => &mut state.drive_editor_open,
             Self::Fit => &mut state.fitting.open,
             Self::Identification => &mut state.identification.open,
+            Self::Sensitivity => &mut state.sensing.open,
             Self::Table => &mut state.validation_open,
             Self::Kept => &mut state.kept_open,
             Self::Readouts => &mut state.view.side_panel,
@@ -81,7 +86,7 @@ impl Tool {
         match self {
             Self::Readouts => return side_panel(ui, state),
             Self::Table => return table_a1::panel::show(ui, state),
-            Self::Drive | Self::Fit | Self::Identification | Self::Kept => {}
+            Self::Drive | Self::Fit | Self::Identification | Self::Sensitivity | Self::Kept => {}
         }
         // In both directions: content wider than the panel would push it out of the window, and
         // the plots under it.
@@ -92,6 +97,7 @@ impl Tool {
                 Self::Drive => editor::show(ui, state, Place::Window),
                 Self::Fit => fit::show(ui, state),
                 Self::Identification => fit::steps::show(ui, state),
+                Self::Sensitivity => sensitivity::show(ui, state),
                 Self::Kept => kept_curves::show(ui, state),
                 Self::Table | Self::Readouts => {}
             });

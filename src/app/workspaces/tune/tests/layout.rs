@@ -16,14 +16,16 @@ fn tools_dock_beside_the_plots_and_cover_none() {
             ("Fit", 1),
             ("Identification", 2),
             ("Table A.1", 3),
-            ("Kept curves", 4),
+            ("Sensitivity", 4),
+            ("Kept curves", 5),
         ] {
             let mut state = full();
             state.drive_editor_open = open == 0;
             state.fitting.open = open == 1;
             state.identification.open = open == 2;
             state.validation_open = open == 3;
-            state.kept_open = open == 4;
+            state.sensing.open = open == 4;
+            state.kept_open = open == 5;
             let mut harness = sized(state, size);
             let close = harness.get_by_label(&format!("close {title}")).rect();
             assert!(close.right() <= size[0], "{title} at {size:?}: {close:?}");

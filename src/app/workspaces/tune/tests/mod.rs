@@ -2,7 +2,10 @@
 
 mod kept;
 mod layout;
+mod multiples;
 mod panels;
+mod residual;
+mod sensitivity;
 mod sliders;
 pub(crate) mod support;
 mod validation;
@@ -55,6 +58,13 @@ fn type_into(harness: &mut Harness<'_, State>, label: &str, text: &str) {
     harness.key_press(eframe::egui::Key::Enter);
     // Long enough that the next click is not a double click.
     harness.run_steps(30);
+}
+
+/// Names of the pictures that begin with `start`.
+fn pictures(harness: &Harness<'_, State>, start: &str) -> Vec<String> {
+    let images = harness.query_all_by_role(Role::Image);
+    let names = images.filter_map(|node| node.accesskit_node().label());
+    names.filter(|name| name.starts_with(start)).collect()
 }
 
 /// Whether some text on screen contains `part`.

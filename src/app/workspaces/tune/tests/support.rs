@@ -3,21 +3,28 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
 use crate::app::files::built_in;
-use crate::app::setup::drive_choice::Mode;
+use crate::app::setup::drive_choice::{DriveChoice, Mode};
 use crate::app::setup::kept_curve::{KeptCurve, RunOrigin};
 use crate::app::setup::overlay::Overlay;
+use crate::app::setup::own_drive::OwnDrive;
 use crate::app::setup::view::View;
+use crate::app::simulation::experiments::compare_all;
 use crate::app::simulation::kept::KeptRun;
 use crate::app::simulation::min_max_pyramid::Pyramid;
 use crate::app::simulation::snapshot::{LiveState, OverlayComparison, Snapshot};
 use crate::app::state::State;
+use crate::model::drive::Waveform;
 use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
+use crate::model::sensor::gaussian;
 use crate::recording::Recording;
 use crate::recording::compare::Comparison;
 use crate::recording::features::{Features, Spread, SteadyState};
-use crate::sim::{Event, EventKind, Trace};
+use crate::sim::{Event, EventKind, Options, Trace, simulate};
 
 /// The state of a first start without recordings.
 pub fn state() -> State {
@@ -158,6 +165,50 @@ pub fn full() -> State {
     state.snapshot = Some(snapshot(&state, 1.25e-6));
     state.selected = Some(0);
     state
+}
+
+/// The drive of the recordings of [`compared`].
+fn drive() -> Waveform {
+    Waveform::parse("square:15Hz:8V", 0.1).unwrap()
+}
+
+/// A state with `count` recordings of the device with `eta` times `factor`, each 0.1 s long and
+/// with noise of 20 nm, compared as the simulator does. Number `i` begins at `i` times 50 ms.
+pub fn compared(count: u64, factor: f64) -> State {
+    let mut state = state();
+    state.setup.drive = DriveChoice::Waveform(drive());
+    state.setup.duration = 0.1;
+    let mut device = state.setup.preset.model.clone();
+    let eta = device.parameters[ParameterId::Eta];
+    device.parameters.set(ParameterId::Eta, factor * eta);
+    let options = Options::default();
+    let trace = simulate(&device, &drive(), 0.1, &options).unwrap();
+    for id in 0..count {
+        let mut rng = ChaCha8Rng::seed_from_u64(id);
+        let readings = trace.proof_mass.iter();
+        let readings = readings.map(|x| x + 20e-9 * gaussian(&mut rng)).collect();
+        let start = 0.05 * id as f64;
+        let times = (0..trace.len()).map(|i| start + i as f64 * trace.dt);
+        let name = format!("rec-{id}.csv");
+        let recording = Recording::new(name, times.collect(), None, readings, None).unwrap();
+        let mut overlay = overlay(id, recording, false);
+        overlay.drive = OwnDrive::Chosen(drive());
+        state.setup.overlays.push(overlay);
+    }
+    simulate_again(&mut state);
+    state
+}
+
+/// Gives a state the result that the simulator would send for its setup.
+pub fn simulate_again(state: &mut State) {
+    let model = Arc::new(state.setup.preset.model.clone());
+    let duration = state.setup.duration;
+    let trace = simulate(&model, &drive(), duration, &Options::default()).unwrap();
+    let trace = Arc::new(trace);
+    let compared = compare_all(&model, &drive(), &trace, &state.setup.overlays);
+    let mut snapshot = Snapshot::new(1, &model, trace, compared, Duration::ZERO);
+    snapshot.run_of = Some((drive(), duration));
+    state.snapshot = Some(Arc::new(snapshot));
 }
 
 /// The same state in live mode.
