@@ -5,16 +5,18 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use eframe::egui::Context;
+use serde::{Deserialize, Serialize};
 
 use super::job::Job;
+use super::origin::{Origin, aligned};
 use super::recording_roles::with_role;
 use crate::app::setup::current_setup::Setup;
-use crate::app::setup::overlay::{Overlay, Role};
+use crate::app::setup::overlay::Role;
 use crate::fit::{
     Control, FitOptions, FitResult, Part, ProfilePoint, Progress, default_free, fit, profile_of,
 };
 use crate::model::Model;
-use crate::recording::{Channel, Recording};
+use crate::recording::Recording;
 
 /// State of the fit panel.
 #[derive(Debug, Clone, Default)]
@@ -27,8 +29,10 @@ pub struct Fitting {
     pub job: Option<Job<Progress, FitResult>>,
     /// Ids of the fitted parameters, and the model the fit started from.
     pub moved: (Vec<String>, Option<Arc<Model>>),
-    /// The parts of recordings used, and the options.
-    asked: Option<Arc<(Vec<Part>, FitOptions)>>,
+    /// What the last fit was asked.
+    pub(crate) asked: Option<Arc<Asked>>,
+    /// The fit before the one that is running; saved until that one has ended.
+    previous: Option<Finished>,
     /// Result of the last fit.
     pub result: Option<Arc<FitResult>>,
     /// Why the last fit failed.
@@ -38,6 +42,50 @@ pub struct Fitting {
     /// Whether the plots show the fitted curve, while the fit runs and until it is applied or
     /// discarded.
     pub shown: bool,
+}
+
+/// The input of a fit.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Asked {
+    /// The device and the recordings.
+    pub origin: Origin,
+    /// The device that the fit started from.
+    pub start: Arc<Model>,
+    /// The options.
+    pub options: FitOptions,
+    /// The parts of recordings that were fitted to; `None` after a session was opened.
+    #[serde(skip)]
+    parts: Option<Vec<Part>>,
+}
+
+impl Asked {
+    /// The present device and recordings of a setup; `parts` of these are fitted to.
+    pub(crate) fn of(setup: &Setup, options: FitOptions, parts: Option<Vec<Part>>) -> Self {
+        Self {
+            origin: Origin::of(setup),
+            start: Arc::new(setup.preset.model.clone()),
+            options,
+            parts,
+        }
+    }
+
+    /// The parts of recordings that were fitted to, if they are still open.
+    fn parts(&self, setup: &Setup) -> Option<Vec<Part>> {
+        if let Some(parts) = &self.parts {
+            return Some(parts.clone());
+        }
+        let of = |role| self.origin.recordings(setup, role);
+        Some(parts(of(Role::Train)?, of(Role::HeldOut)?).0)
+    }
+}
+
+/// A finished fit with its input.
+#[derive(Debug, Clone)]
+pub struct Finished {
+    /// The result.
+    pub result: Arc<FitResult>,
+    /// The input.
+    pub asked: Arc<Asked>,
 }
 
 /// A profile likelihood on request.
@@ -80,8 +128,39 @@ impl Fitting {
             .collect()
     }
 
+    /// The last finished fit, also while another one runs.
+    pub fn finished(&self) -> Option<Finished> {
+        match (&self.result, &self.asked) {
+            (Some(result), Some(asked)) => Some(Finished {
+                result: Arc::clone(result),
+                asked: Arc::clone(asked),
+            }),
+            _ => self.previous.clone(),
+        }
+    }
+
+    /// Shows a fit that was finished earlier.
+    pub fn adopt(&mut self, Finished { result, asked }: Finished) {
+        self.moved = (asked.options.free.clone(), Some(Arc::clone(&asked.start)));
+        (self.result, self.asked) = (Some(result), Some(asked));
+    }
+
+    /// In what the setup differs from that of the result.
+    pub fn differences(&self, setup: &Setup) -> Option<String> {
+        self.result.as_ref()?;
+        self.asked.as_ref()?.origin.differences(setup)
+    }
+
+    /// Why no profile can be computed around the result, if so.
+    pub fn profile_obstacle(&self, setup: &Setup) -> Option<&'static str> {
+        let asked = self.asked.as_ref();
+        let has_parts = asked.is_some_and(|asked| asked.parts(setup).is_some());
+        (!has_parts).then_some("The recordings that were fitted to are not open, or have changed")
+    }
+
     /// Starts a fit of the present device.
     pub fn start(&mut self, setup: &Setup, context: &Context) {
+        self.previous = self.finished();
         self.error = None;
         self.result = None;
         self.profile.clear();
@@ -93,8 +172,9 @@ impl Fitting {
         let of =
             |role: Role| -> Vec<Arc<Recording>> { with_role(setup, role).map(aligned).collect() };
         let (train, held_out) = parts(of(Role::Train), of(Role::HeldOut));
-        self.asked = Some(Arc::new((train.clone(), options.clone())));
-        self.moved = (options.free.clone(), Some(Arc::new(model.clone())));
+        let asked = Asked::of(setup, options.clone(), Some(train.clone()));
+        self.moved = (options.free.clone(), Some(Arc::clone(&asked.start)));
+        self.asked = Some(Arc::new(asked));
         self.shown = true;
         self.job = Some(Job::start("fit", context, move |control| {
             let report = |progress: &Progress| control.report(progress.clone());
@@ -127,6 +207,7 @@ impl Fitting {
             return;
         };
         self.job = None;
+        self.previous = None;
         match result {
             Ok(result) => self.result = Some(Arc::new(result)),
             Err(error) => {
@@ -155,23 +236,29 @@ impl Fitting {
 
     /// Starts the profile of the chosen parameter around the last result, with the same
     /// recordings.
-    pub fn start_profile(&mut self, context: &Context) {
+    pub fn start_profile(&mut self, setup: &Setup, context: &Context) {
         let (Some(result), Some(asked)) = (self.result.clone(), self.asked.clone()) else {
             return;
         };
-        let Some(id) = self.profile.id.clone() else {
+        let (Some(id), Some(train)) = (self.profile.id.clone(), asked.parts(setup)) else {
             return;
         };
         self.profile.result = None;
         let of = id.clone();
         let job = Job::start("profile", context, move |control| {
-            let (train, options) = &*asked;
             let report = |progress: &Progress| control.report(progress.clone());
             let control = Control {
                 cancel: control.cancel(),
                 progress: &report,
             };
-            let points = profile_of(&result, train, &of, &PROFILE_SHIFTS, options, &control);
+            let points = profile_of(
+                &result,
+                &train,
+                &of,
+                &PROFILE_SHIFTS,
+                &asked.options,
+                &control,
+            );
             points.map_err(|e| e.to_string())
         });
         self.profile.job = Some((id, job));
@@ -180,6 +267,7 @@ impl Fitting {
     /// Discards the result and its profile.
     pub fn discard(&mut self) {
         self.result = None;
+        self.previous = None;
         self.profile.clear();
         self.shown = false;
     }
@@ -239,28 +327,6 @@ pub(crate) fn parts(
     }
 }
 
-/// The recording as aligned: shifted and scaled.
-pub(crate) fn aligned(overlay: &Overlay) -> Arc<Recording> {
-    let alignment = &overlay.alignment;
-    if *alignment == Default::default() {
-        return Arc::clone(&overlay.recording);
-    }
-    let mut recording = overlay.recording.as_ref().clone();
-    for t in &mut recording.time {
-        *t = alignment.time(*t);
-    }
-    let scale = |values: &mut [f64], channel| {
-        for x in values {
-            *x = alignment.value(channel, *x);
-        }
-    };
-    scale(&mut recording.proof_mass, Channel::ProofMass);
-    if let Some(values) = &mut recording.cantilever {
-        scale(values, Channel::Cantilever);
-    }
-    Arc::new(recording)
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::fit::*;
@@ -300,18 +366,5 @@ mod tests {
         }
         assert!(fitting.profile.result.is_none() && fitting.profile.job.is_none());
         assert!(job.is_cancelled());
-    }
-
-    #[test]
-    fn a_shift_and_a_scale_reach_the_fit() {
-        let mut setup = built_in::setup();
-        let overlay = &mut setup.overlays[0];
-        assert!(Arc::ptr_eq(&aligned(overlay), &overlay.recording));
-        overlay.alignment.time_shift = 1e-3;
-        overlay.alignment.xp_offset = 2e-6;
-        let moved = aligned(overlay);
-        assert_eq!(moved.time[5], overlay.recording.time[5] + 1e-3);
-        let apart = moved.proof_mass[5] - overlay.recording.proof_mass[5];
-        assert!((apart - 2e-6).abs() < 1e-15);
     }
 }

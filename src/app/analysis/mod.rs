@@ -7,6 +7,7 @@ pub mod diagnosis_view;
 pub mod fit;
 pub mod identification;
 pub mod job;
+pub(super) mod origin;
 pub(super) mod recording_noise;
 pub mod recording_roles;
 pub mod sealed_trial;

@@ -5,10 +5,13 @@ mod kill;
 
 use std::time::SystemTime;
 
+use crate::app::analysis::diagnosis_answer::Asked;
 use crate::app::files::built_in;
 use crate::app::files::open::Files;
+use crate::app::kept;
 use crate::app::setup::current_setup::Setup;
 use crate::app::shell::autosave::*;
+use crate::diagnose::report::fixture;
 use crate::model::preset::Preset;
 
 /// The services behind a window that begins with a preset.
@@ -87,6 +90,26 @@ fn a_change_is_written_after_a_quiet_time_and_only_once() {
     let later = begin + 10 * QUIET_TIME;
     assert_eq!(autosave.look(&mut services, later, || {}), None);
     assert_eq!(autosave.requested, 1);
+}
+
+#[test]
+fn a_crash_keeps_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut services = services();
+    let mut autosave = Autosave::new(&services.state, Some(slot(folder.path(), Start::Files)));
+    let path = autosave.slot.as_ref().unwrap().path().to_owned();
+    let asked = Asked::of(&services.state.setup, None);
+    services.state.diagnosing.adopt(fixture::drag(), asked);
+    let begin = Instant::now();
+    assert_eq!(autosave.look(&mut services, begin, || {}), Some(QUIET_TIME));
+    autosave.look(&mut services, begin + QUIET_TIME, || {});
+    wait_until_written(&autosave);
+    // The process ends here; another window opens what is left.
+    let loaded = session::load(&path).unwrap();
+    let mut state = State::new(loaded.setup, loaded.view);
+    assert_eq!(kept::restore(&mut state, &loaded.results), None);
+    let answer = |state: &State| format!("{:?}", state.diagnosing.shown().unwrap().diagnosis);
+    assert_eq!(answer(&state), answer(&services.state));
 }
 
 #[test]
