@@ -32,6 +32,17 @@ pub(super) struct Line<'a> {
     pub(super) bytes: Option<Vec<u8>>,
 }
 
+/// What became of the lines of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Extent {
+    /// All are there.
+    Whole,
+    /// Some are missing.
+    Cut,
+    /// Another version of the program wrote them.
+    OtherVersion,
+}
+
 /// Hash and data of a part.
 pub(super) fn data(bytes: &[u8]) -> String {
     let mut packed = ZlibEncoder::new(Vec::new(), Compression::default());
@@ -67,20 +78,27 @@ pub(super) fn joined(lines: &[String]) -> String {
     text
 }
 
-/// Reads lines. The second value is whether some are missing or are of another version.
-pub(super) fn read(text: &str) -> (Vec<Line<'_>>, bool) {
+/// Reads lines.
+pub(super) fn read(text: &str) -> (Vec<Line<'_>>, Extent) {
     let mut all = text.lines();
     let head = all.next().and_then(|head| head.strip_prefix(RESULTS_MARK));
     let Some((version, rest)) = head.and_then(|head| head.split_once(' ')) else {
-        return (Vec::new(), !text.trim().is_empty());
+        let extent = match text.trim().is_empty() {
+            true => Extent::Whole,
+            false => Extent::Cut,
+        };
+        return (Vec::new(), extent);
     };
     if version != LINES_VERSION {
-        return (Vec::new(), true);
+        return (Vec::new(), Extent::OtherVersion);
     }
     let count = rest.split(':').next().and_then(|n| n.parse::<usize>().ok());
     let lines: Vec<Line<'_>> = all.filter_map(part).collect();
-    let is_whole = count == Some(lines.len());
-    (lines, !is_whole)
+    let extent = match count == Some(lines.len()) {
+        true => Extent::Whole,
+        false => Extent::Cut,
+    };
+    (lines, extent)
 }
 
 fn part(line: &str) -> Option<Line<'_>> {
@@ -162,8 +180,8 @@ mod tests {
             let text = to_base64(&bytes);
             prop_assert_eq!(from_base64(&text), Some(bytes.clone()));
             let text = joined(&[line("a", &bytes), line("b", &[])]);
-            let (lines, is_cut) = read(&text);
-            prop_assert!(!is_cut);
+            let (lines, extent) = read(&text);
+            prop_assert_eq!(extent, Extent::Whole);
             prop_assert_eq!(lines[0].bytes.as_deref(), Some(&bytes[..]));
             prop_assert_eq!(lines[1].id, "b");
         }
@@ -194,14 +212,14 @@ mod tests {
         }
         // Cut off anywhere behind the head.
         for end in text.find('\n').unwrap() + 1..text.len() - 1 {
-            let (lines, is_cut) = read(&text[..end]);
+            let (lines, extent) = read(&text[..end]);
             assert!(
-                is_cut || lines.iter().any(|line| line.bytes.is_none()),
+                extent == Extent::Cut || lines.iter().any(|line| line.bytes.is_none()),
                 "{end}"
             );
         }
-        assert_eq!(read(""), (Vec::new(), false));
+        assert_eq!(read(""), (Vec::new(), Extent::Whole));
         let other = text.replacen(&format!("{RESULTS_MARK}1"), &format!("{RESULTS_MARK}2"), 1);
-        assert_eq!(read(&other), (Vec::new(), true));
+        assert_eq!(read(&other), (Vec::new(), Extent::OtherVersion));
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::Part;
 use super::content::value;
-use super::lines::{self, Line};
+use super::lines::{self, Extent, Line};
 use super::panels::{DiagnoseView, FitPanel};
 use super::trial::{StoredSetup, TrialPanel};
 use crate::app::analysis::diagnosis_answer::Answer;
@@ -56,14 +56,19 @@ impl Parts<'_> {
 /// Gives a state that has the session's setup the results in the session's file. Returns what
 /// could not be read, in a sentence.
 pub(crate) fn restore(state: &mut State, text: &str) -> Option<String> {
-    let (lines, is_cut) = lines::read(text);
+    let (lines, extent) = lines::read(text);
     let mut parts = Parts {
         lost: Vec::new(),
-        is_damaged: is_cut,
+        is_damaged: extent == Extent::Cut,
         lines,
     };
-    if is_cut || parts.lines.iter().any(|line| Part::find(line.id).is_none()) {
-        parts.lost.push("some of them");
+    match extent {
+        Extent::Whole => {}
+        Extent::Cut => parts.lost.push("those at the end of the file"),
+        Extent::OtherVersion => parts.lost.push("all"),
+    }
+    if parts.lines.iter().any(|line| Part::find(line.id).is_none()) {
+        parts.lost.push("those that this version does not have");
     }
     if let Some((result, asked)) = parts.take(Part::Fit, fit) {
         let (result, asked) = (Arc::new(result), Arc::new(asked));

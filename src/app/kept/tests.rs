@@ -399,7 +399,7 @@ fn a_sealed_trial_goes_on_and_stays_sealed() {
         assert!(!part.contains(&secret.formulation));
         assert!(!part.contains("times_smallest_visible"));
     }
-    let (mut after, lost) = reopened(&state);
+    let (after, lost) = reopened(&state);
     assert_eq!(lost, None);
     // The person's own setup and answer are there at once.
     assert!(!after.diagnosing.trial.open && after.diagnosing.trial.sealed.is_none());

@@ -153,7 +153,9 @@ fn windows_open_at_once_have_files_of_their_own() {
         let mut autosave = Autosave::new(&services.state, None);
         autosave.save_at_exit(&services);
         assert!(!slot.path().exists(), "a window without a file writes none");
-        SessionParts::of(&services).save(slot.path()).unwrap();
+        SessionParts::of(&services)
+            .save(slot.path(), &Memo::default())
+            .unwrap();
     }
     assert_eq!(duration_in(first.slot.path()), 1.0);
     assert_eq!(duration_in(second.slot.path()), 2.0);
@@ -175,7 +177,9 @@ fn a_window_opened_with_files_leaves_the_last_session_alone() {
     let mut services = services();
     services.state.setup.duration = 3.0;
     let last = slot(folder.path(), Start::LastSession).path().to_owned();
-    SessionParts::of(&services).save(&last).unwrap();
+    SessionParts::of(&services)
+        .save(&last, &Memo::default())
+        .unwrap();
     let own = slot(folder.path(), Start::Files);
     assert_ne!(own.path(), last);
     services.state.setup.duration = 4.0;
@@ -198,7 +202,9 @@ fn the_oldest_of_very_many_sessions_is_replaced_with_a_word() {
         }
         let path = claimed.slot.path().to_owned();
         assert!(!taken.contains(&path), "{}", path.display());
-        SessionParts::of(&services).save(&path).unwrap();
+        SessionParts::of(&services)
+            .save(&path, &Memo::default())
+            .unwrap();
         let age = Duration::from_secs(3600 - taken.len() as u64);
         let file = std::fs::File::options().write(true).open(&path).unwrap();
         file.set_modified(SystemTime::now() - age).unwrap();
