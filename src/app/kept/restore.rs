@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use super::Part;
 use super::content::value;
 use super::lines::{self, Extent, Line};
 use super::panels::{DiagnoseView, FitPanel};
+use super::part::Part;
 use super::trial::{StoredSetup, TrialPanel};
 use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::analysis::fit::{Asked, Finished};
