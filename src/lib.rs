@@ -37,4 +37,5 @@ pub mod model;
 mod part_files;
 pub mod recording;
 pub mod sim;
+mod static_text;
 pub mod trial;

@@ -6,6 +6,7 @@ pub mod dialogs;
 pub mod export;
 pub mod files;
 pub mod flows;
+pub(crate) mod kept;
 pub mod plots;
 pub(crate) mod services;
 pub mod setup;

@@ -106,6 +106,25 @@ impl State {
         visible.filter_map(|curve| Some((curve, self.kept_runs.drawn(&curve.origin)?)))
     }
 
+    /// Cancels the jobs whose results the state would show.
+    pub fn stop_jobs(&self) {
+        if let Some(job) = &self.fitting.job {
+            job.cancel();
+        }
+        if let Some((_, job)) = &self.fitting.profile.job {
+            job.cancel();
+        }
+        if let Some((_, job)) = &self.identification.job {
+            job.cancel();
+        }
+        if let Some(running) = &self.diagnosing.running {
+            running.job.cancel();
+        }
+        if let Some(job) = &self.diagnosing.trial.making {
+            job.cancel();
+        }
+    }
+
     /// Asks for a command.
     pub fn ask(&mut self, command: Command) {
         self.commands.push(command);

@@ -1,12 +1,14 @@
 //! The result of a diagnosis, with its evidence. SI throughout.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::findings::{CandidateRemark, Evidence, Finding, Remark};
+use super::packed_points;
 use crate::model::Model;
+use crate::static_text::{self, StaticText};
 
 /// The answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The baseline, re-tuned, is at the noise floor: nothing is named.
@@ -18,7 +20,7 @@ pub enum Verdict {
 }
 
 /// What the mass is doing in a segment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Regime {
     /// In flight, far from the ground.
@@ -48,7 +50,7 @@ impl Regime {
 }
 
 /// A fitted parameter of an effect.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// Id within the effect.
     pub id: String,
@@ -58,11 +60,12 @@ pub struct Estimate {
     /// infinite if the data do not determine it.
     pub std_error: f64,
     /// SI unit.
-    pub unit: &'static str,
+    #[serde(deserialize_with = "static_text::one")]
+    pub unit: StaticText,
 }
 
 /// An effect that was left out.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NamedEffect {
     /// Id in the catalogue.
     pub id: String,
@@ -81,7 +84,7 @@ pub struct NamedEffect {
 }
 
 /// An effect that was compared.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
     /// Id in the catalogue.
     pub id: String,
@@ -103,7 +106,7 @@ pub struct Candidate {
 }
 
 /// A span where simulation and recording differ by more than the noise.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Mismatch {
     /// Name of the recording.
     pub recording: String,
@@ -112,7 +115,8 @@ pub struct Mismatch {
     /// End \[s\].
     pub end: f64,
     /// `xp` or `xc`.
-    pub channel: &'static str,
+    #[serde(deserialize_with = "static_text::one")]
+    pub channel: StaticText,
     /// What the mass is doing.
     pub regime: Regime,
     /// Share of the whole excess of chi2, 0 to 1.
@@ -120,12 +124,14 @@ pub struct Mismatch {
 }
 
 /// Excess of chi2 per value against one quantity.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Marginal {
     /// What it is drawn against: `xp`, `xp'`, `V`, drive phase, time since contact.
-    pub against: &'static str,
+    #[serde(deserialize_with = "static_text::one")]
+    pub against: StaticText,
     /// SI unit of it.
-    pub unit: &'static str,
+    #[serde(deserialize_with = "static_text::one")]
+    pub unit: StaticText,
     /// Middle of each bin.
     pub at: Vec<f64>,
     /// Mean square of the residuals in units of the noise, before.
@@ -135,12 +141,14 @@ pub struct Marginal {
 }
 
 /// Force that the baseline lacks, as measured, against one quantity.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ForceCurve {
     /// What it is drawn against.
-    pub against: &'static str,
+    #[serde(deserialize_with = "static_text::one")]
+    pub against: StaticText,
     /// SI unit of it.
-    pub unit: &'static str,
+    #[serde(deserialize_with = "static_text::one")]
+    pub unit: StaticText,
     /// Middle of each bin.
     pub at: Vec<f64>,
     /// Mean force on the proof mass \[N\].
@@ -152,7 +160,7 @@ pub struct ForceCurve {
 }
 
 /// Residual of the proof mass over one recording, thinned for a picture.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Strip {
     /// Name of the recording.
     pub recording: String,
@@ -171,13 +179,15 @@ pub struct Strip {
     pub regime: Vec<Regime>,
     /// Time \[s\] and residual, measured minus simulated \[m\], of every sample compared,
     /// baseline; NaN between segments.
+    #[serde(with = "packed_points")]
     pub samples_before: Vec<[f64; 2]>,
     /// With the named effects.
+    #[serde(with = "packed_points")]
     pub samples_after: Vec<[f64; 2]>,
 }
 
 /// A bounce as measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BounceSeen {
     /// Which recording, numbered through the fitted and then the others.
     pub recording: usize,
@@ -196,7 +206,7 @@ pub struct BounceSeen {
 }
 
 /// A release as measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ReleaseSeen {
     /// Which recording.
     pub recording: usize,
@@ -211,7 +221,7 @@ pub struct ReleaseSeen {
 }
 
 /// Height of the ground in one stay.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LevelSeen {
     /// Which recording.
     pub recording: usize,
@@ -224,7 +234,7 @@ pub struct LevelSeen {
 }
 
 /// Contact events.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct EventsSeen {
     /// Bounces.
     pub bounces: Vec<BounceSeen>,
@@ -235,7 +245,7 @@ pub struct EventsSeen {
 }
 
 /// Distance between simulation and recordings.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Distance {
     /// Root mean square of (simulation - recording) of the proof mass \[m\].
     pub rms: f64,
@@ -244,7 +254,7 @@ pub struct Distance {
 }
 
 /// Before: the re-tuned baseline. After: with the named effects.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct BeforeAfter {
     /// The re-tuned baseline.
     pub before: Distance,
@@ -253,7 +263,7 @@ pub struct BeforeAfter {
 }
 
 /// The proof of one recording.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ProofOf {
     /// Name of the recording.
     pub recording: String,
@@ -270,7 +280,7 @@ pub struct ProofOf {
 }
 
 /// A recording that would help.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NextExperiment {
     /// The drive, as typed on the command line.
     pub drive: String,
@@ -286,7 +296,7 @@ impl NextExperiment {
 }
 
 /// A diagnosis from beginning to end.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Diagnosis {
     /// The answer.
     pub verdict: Verdict,

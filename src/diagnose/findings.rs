@@ -3,8 +3,12 @@
 //!
 //! `report::sentences` puts all of them into words.
 
+use serde::{Deserialize, Serialize};
+
+use crate::static_text::{self, StaticText};
+
 /// What a check found beyond its threshold.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     /// What it is about.
     pub kind: FindingKind,
@@ -13,14 +17,15 @@ pub struct Finding {
 }
 
 /// What a finding is about.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum FindingKind {
     /// The mean square of the residuals, in units of the noise's.
     MeanSquare,
     /// A force that depends on this quantity would still lower chi2: by the statistic.
     MissingForce {
         /// Symbol of the quantity; empty if no single one stands out.
-        over: &'static str,
+        #[serde(deserialize_with = "static_text::one")]
+        over: StaticText,
     },
     /// A single segment, in standard deviations of what noise leaves.
     LocalSegment,
@@ -32,7 +37,8 @@ pub enum FindingKind {
     /// An effect lowers chi2 on the fitted recordings, by the statistic, but not on held-out ones.
     FailsHeldOut {
         /// Name of the effect.
-        effect: &'static str,
+        #[serde(deserialize_with = "static_text::one")]
+        effect: StaticText,
     },
     /// Names are refused: a steady vibration grows with the displacement.
     VibrationWithDisplacement,
@@ -44,13 +50,15 @@ pub enum FindingKind {
     /// statistic is the share of the remainder that their form explains.
     OneForceInTheirPlace {
         /// Names of the effects.
-        effects: Vec<&'static str>,
+        #[serde(deserialize_with = "static_text::several")]
+        effects: Vec<StaticText>,
     },
     /// Names are refused: they carry too small a share of what is missing, the statistic; at the joins
     /// of segments where that is less than within these.
     TooSmallShare {
         /// Names of the effects.
-        effects: Vec<&'static str>,
+        #[serde(deserialize_with = "static_text::several")]
+        effects: Vec<StaticText>,
         /// Share that they carry of segments each by itself.
         of_segments: f64,
     },
@@ -71,7 +79,7 @@ impl FindingKind {
 }
 
 /// What limits an answer, or what was done to the recordings for it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Remark {
     /// No recordings were held out: the last third of each took their place.
     LastThirdHeldOut,
@@ -98,7 +106,8 @@ pub enum Remark {
         /// Name of the recording.
         recording: String,
         /// Symbol of the channel.
-        channel: &'static str,
+        #[serde(deserialize_with = "static_text::one")]
+        channel: StaticText,
         /// How many.
         clipped: usize,
         /// Of how many.
@@ -127,7 +136,7 @@ pub enum Remark {
 }
 
 /// Which recordings prove a contact law.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LawProof {
     /// The fitted ones determine it, and held-out ones judge it.
     Alone,
@@ -140,7 +149,7 @@ pub enum LawProof {
 }
 
 /// Evidence for an effect.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Evidence {
     /// Pull-off force that is no straight line in contact time.
     Releases {
@@ -180,9 +189,11 @@ pub enum Evidence {
     /// An effect that fits flight as well does not fit bounces.
     RejectedTwin {
         /// Name of that effect.
-        twin: &'static str,
+        #[serde(deserialize_with = "static_text::one")]
+        twin: StaticText,
         /// Name of the one that was chosen.
-        chosen: &'static str,
+        #[serde(deserialize_with = "static_text::one")]
+        chosen: StaticText,
         /// Chi2 around bounces, lower by so much with the chosen one.
         fall: f64,
     },
@@ -238,7 +249,7 @@ impl Evidence {
 }
 
 /// What speaks for or against an effect that was compared and not named.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum CandidateRemark {
     /// It would have been named, had names not been refused.
     Refused,

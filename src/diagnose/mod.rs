@@ -22,6 +22,7 @@ pub mod discrepancy;
 pub mod findings;
 pub mod hypotheses;
 pub mod options;
+mod packed_points;
 pub mod pipeline;
 pub mod report;
 pub mod score_test;

@@ -5,6 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::contact_sample::{Sampled, count_events, pick};
 use super::error::FitError;
@@ -33,7 +34,7 @@ pub(crate) const GROUND_LAW_RELAXATION: f64 = 1e5;
 const DIFFERENCE_STEP: f64 = 1e-3;
 
 /// A bounce.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Bounce {
     /// Index of the recording.
     pub recording: usize,
@@ -77,7 +78,7 @@ impl Bounce {
 }
 
 /// A release.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Release {
     /// Index of the recording.
     pub recording: usize,
@@ -96,7 +97,7 @@ pub struct Release {
 }
 
 /// Everything read at the ground, in order of recording and time.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactReadings {
     /// Bounces.
     pub bounces: Vec<Bounce>,
@@ -113,7 +114,7 @@ pub struct ContactReadings {
 }
 
 /// How far a model is from the recordings, in units of the noise.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ModelDistance {
     /// In the segments in which bounces or releases were read.
     pub read: f64,

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use super::segment::event_sequence::GroundEvent;
 use super::segment::{Joint, JointKind, Segment};
 
@@ -17,7 +19,7 @@ const MIN_PICKED_OF_RECORDING: usize = 4;
 const GOLDEN_FRACTION: f64 = 0.618_033_988_749_894_9;
 
 /// How many of the segments were looked at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sampled {
     /// Segments looked at.
     pub picked: usize,

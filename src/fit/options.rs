@@ -4,11 +4,13 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::model::Model;
 use crate::recording::Recording;
 
 /// Unknowns of the instrument, estimated for each recording with every fit (nuisance parameters).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FreeNuisances {
     /// A constant offset of each reading of each recording.
     pub offsets: bool,
@@ -62,7 +64,7 @@ impl FreeNuisances {
 /// };
 /// assert_eq!(options.starts, 0);
 /// ```
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FitOptions {
     /// Ids of the parameters to move; `effect.parameter` for an effect's.
     pub free: Vec<String>,

@@ -11,9 +11,11 @@ pub mod preisach;
 pub mod preset;
 pub mod sensor;
 pub mod slew_rate_limiter;
+mod stored_effects;
 pub mod structure;
 pub mod unit;
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use self::effects::{ActiveEffect, EffectSpec, Need, Surroundings};
@@ -50,7 +52,7 @@ const MODE_PARAMETERS: [(ParameterId, ParameterId); 2] = [
 ];
 
 /// A device with values for all its parameters.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Model {
     /// Name of the preset it came from.
     pub name: String,
@@ -68,6 +70,7 @@ pub struct Model {
     /// Whether the cantilever's centre is a point of its own, with a reading.
     pub has_cantilever: bool,
     /// Effects beyond the baseline.
+    #[serde(with = "stored_effects")]
     pub effects: Vec<ActiveEffect>,
 }
 

@@ -6,9 +6,12 @@ use std::sync::Arc;
 
 use super::save::save;
 use crate::app::analysis::diagnosis::Diagnosing;
+use crate::app::analysis::fit::Fitting;
+use crate::app::analysis::identification::Identification;
 use crate::app::files::event::{FileEvent, Purpose};
 use crate::app::files::session;
 use crate::app::files::session_text::{Loaded, RecordingEntry, own_drive};
+use crate::app::kept;
 use crate::app::services::Services;
 use crate::app::setup::current_setup::choose_preset;
 use crate::app::setup::drive_choice::DriveChoice;
@@ -114,9 +117,12 @@ fn adopt_session(services: &mut Services, path: PathBuf, loaded: Loaded) {
     services.session_path = Some(path).filter(|path| !session::is_autosaved(path));
     services.shows_hint = false;
     let state = &mut services.state;
-    // The former session's diagnoses and cursors end with it; the tally of sealed trials belongs
-    // to the person.
+    // The former session's results and cursors end with it; the tally of sealed trials belongs to
+    // the person.
     let tally = state.diagnosing.trial.tally;
+    state.stop_jobs();
+    state.fitting = Fitting::default();
+    state.identification = Identification::default();
     state.diagnosing = Diagnosing::default();
     state.diagnosing.trial.tally = tally;
     state.scrub = None;
@@ -128,6 +134,9 @@ fn adopt_session(services: &mut Services, path: PathBuf, loaded: Loaded) {
         .clone_from(&loaded.setup.preset.model.name);
     state.setup = loaded.setup;
     state.view = loaded.view;
+    if let Some(lost) = kept::restore(state, &loaded.results) {
+        services.notice(true, lost);
+    }
     for entry in &loaded.recordings {
         services.files.import_session_recording(entry);
     }

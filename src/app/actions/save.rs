@@ -9,6 +9,7 @@ use crate::app::files::event::{FileEvent, Purpose};
 use crate::app::files::session_text::RecordingEntry;
 use crate::app::files::{recent, session};
 use crate::app::flows::sealed_trial::own_setup;
+use crate::app::kept::{Kept, Memo};
 use crate::app::services::Services;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::state::State;
@@ -54,7 +55,9 @@ fn write(
     };
     match purpose {
         Purpose::Session => {
-            session::save(path, own_setup(state), &state.view, absent).map_err(|e| text(&e))?;
+            let results = Kept::of(state).text(&Memo::default());
+            session::save_with_results(path, own_setup(state), &state.view, absent, &results)
+                .map_err(|e| text(&e))?;
             recent::remember(path, None);
             Ok(())
         }

@@ -112,7 +112,7 @@ impl Diagnosing {
     /// Shows an answer.
     pub fn adopt(&mut self, diagnosis: Diagnosis, asked: Asked) {
         self.hand_shown = asked.by_hand.is_some();
-        let answer = Arc::new(Answer { diagnosis, asked });
+        let answer = Arc::new(Answer::new(diagnosis, asked));
         self.look.begin(&answer);
         if self.hand_shown {
             self.by_hand = Some(answer);
@@ -135,22 +135,25 @@ impl Diagnosing {
             .then_some("The open device is not the one that was diagnosed")
     }
 
+    /// In what the setup differs from that of the answer.
+    pub fn differences(&self, setup: &Setup) -> Option<String> {
+        self.shown()?.asked.origin.differences(setup)
+    }
+
     /// Whether the recordings or their roles have changed since the answer.
     pub fn is_stale(&self, setup: &Setup) -> bool {
-        let Some(answer) = self.shown() else {
-            return false;
-        };
-        let now = super::recording_roles::of(setup)
-            .into_iter()
-            .filter(|(_, role)| *role != Role::Unused)
-            .map(|(overlay, role)| (overlay.id, role));
-        let mut now: Vec<_> = now.collect();
-        now.sort_by_key(|(id, _)| *id);
-        let mut then: Vec<_> = (answer.asked.recordings.iter())
-            .map(|used| (used.id, used.role))
-            .collect();
-        then.sort_by_key(|(id, _)| *id);
-        now != then
+        self.differences(setup).is_some()
+    }
+
+    /// Finds the recordings of answers again that come from a session.
+    pub(crate) fn complete(&mut self, setup: &Setup) {
+        for answer in [&mut self.automatic, &mut self.by_hand] {
+            if let Some(answer) = answer
+                && answer.asked.can_complete(setup)
+            {
+                Arc::make_mut(answer).asked.complete(setup);
+            }
+        }
     }
 }
 

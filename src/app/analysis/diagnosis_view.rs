@@ -2,11 +2,14 @@
 
 use std::collections::BTreeSet;
 
+use serde::{Deserialize, Serialize};
+
 use super::diagnosis_answer::Answer;
 use crate::model::effects::{EventFigure, EvidenceFigure, find};
+use crate::static_text::{self, StaticText};
 
 /// A figure that shows the evidence.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Evidence {
     /// A part of a recording over time.
     #[default]
@@ -47,7 +50,7 @@ impl Evidence {
 }
 
 /// A plot of the events at the ground.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum EventPlot {
     /// Restitution against speed.
     #[default]
@@ -76,7 +79,7 @@ impl EventPlot {
 }
 
 /// What is shown of an answer.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Look {
     /// The recording: its name, and whether its held-out part is shown.
     pub recording: Option<(String, bool)>,
@@ -85,9 +88,11 @@ pub struct Look {
     /// The open figure.
     pub evidence: Evidence,
     /// What the missing force is drawn against.
-    pub force: Option<&'static str>,
+    #[serde(deserialize_with = "static_text::optional")]
+    pub force: Option<StaticText>,
     /// What the residual is drawn against.
-    pub marginal: Option<&'static str>,
+    #[serde(deserialize_with = "static_text::optional")]
+    pub marginal: Option<StaticText>,
     /// The plot of contact events.
     pub events: EventPlot,
     /// Candidates whose details are open.

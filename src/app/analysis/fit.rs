@@ -5,21 +5,16 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use eframe::egui::Context;
+use serde::{Deserialize, Serialize};
 
 use super::job::Job;
-use super::recording_roles::with_role;
+use super::origin::{Origin, recordings};
 use crate::app::setup::current_setup::Setup;
-use crate::app::setup::overlay::{Estimates, Overlay, Role};
-use crate::app::setup::own_drive::OwnDrive;
-use crate::app::simulation::recorded_drive::RecordedDriveCache;
+use crate::app::setup::overlay::Role;
 use crate::fit::{
     Control, FitOptions, FitResult, Part, ProfilePoint, Progress, default_free, fit, profile_of,
 };
 use crate::model::Model;
-use crate::model::drive::Waveform;
-use crate::recording::align::Alignment;
-use crate::recording::experiment_setup::DriveSource;
-use crate::recording::{Channel, Recording};
 
 /// State of the fit panel.
 #[derive(Debug, Clone, Default)]
@@ -32,8 +27,10 @@ pub struct Fitting {
     pub job: Option<Job<Progress, FitResult>>,
     /// Ids of the fitted parameters, and the model the fit started from.
     pub moved: (Vec<String>, Option<Arc<Model>>),
-    /// The parts of recordings used, and the options.
-    asked: Option<Arc<(Vec<Part>, FitOptions)>>,
+    /// What the last fit was asked.
+    pub(crate) asked: Option<Arc<Asked>>,
+    /// The fit before the one that is running; saved until that one has ended.
+    previous: Option<Finished>,
     /// Result of the last fit.
     pub result: Option<Arc<FitResult>>,
     /// Why the last fit failed.
@@ -43,6 +40,50 @@ pub struct Fitting {
     /// Whether the plots show the fitted curve, while the fit runs and until it is applied or
     /// discarded.
     pub shown: bool,
+}
+
+/// The input of a fit.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Asked {
+    /// The device and the recordings.
+    pub origin: Origin,
+    /// The device that the fit started from.
+    pub start: Arc<Model>,
+    /// The options.
+    pub options: FitOptions,
+    /// The parts of recordings that were fitted to; `None` after a session was opened.
+    #[serde(skip)]
+    parts: Option<Vec<Part>>,
+}
+
+impl Asked {
+    /// The present device and recordings of a setup; `parts` of these are fitted to.
+    pub(crate) fn of(setup: &Setup, options: FitOptions, parts: Option<Vec<Part>>) -> Self {
+        Self {
+            origin: Origin::of(setup),
+            start: Arc::new(setup.preset.model.clone()),
+            options,
+            parts,
+        }
+    }
+
+    /// The parts of recordings that were fitted to, if they are still open.
+    fn parts(&self, setup: &Setup) -> Option<Vec<Part>> {
+        if let Some(parts) = &self.parts {
+            return Some(parts.clone());
+        }
+        let of = |role| self.origin.recordings(setup, role);
+        Some(Part::sides(of(Role::Train)?, of(Role::HeldOut)?).0)
+    }
+}
+
+/// A finished fit with its input.
+#[derive(Debug, Clone)]
+pub struct Finished {
+    /// The result.
+    pub result: Arc<FitResult>,
+    /// The input.
+    pub asked: Arc<Asked>,
 }
 
 /// A profile likelihood on request.
@@ -85,15 +126,47 @@ impl Fitting {
             .collect()
     }
 
+    /// The last finished fit, also while another one runs.
+    pub fn finished(&self) -> Option<Finished> {
+        match (&self.result, &self.asked) {
+            (Some(result), Some(asked)) => Some(Finished {
+                result: Arc::clone(result),
+                asked: Arc::clone(asked),
+            }),
+            _ => self.previous.clone(),
+        }
+    }
+
+    /// Shows a fit that was finished earlier.
+    pub fn adopt(&mut self, Finished { result, asked }: Finished) {
+        self.moved = (asked.options.free.clone(), Some(Arc::clone(&asked.start)));
+        (self.result, self.asked) = (Some(result), Some(asked));
+    }
+
+    /// In what the setup differs from that of the result.
+    pub fn differences(&self, setup: &Setup) -> Option<String> {
+        self.result.as_ref()?;
+        self.asked.as_ref()?.origin.differences(setup)
+    }
+
+    /// Why no profile can be computed around the result, if so.
+    pub fn profile_obstacle(&self, setup: &Setup) -> Option<&'static str> {
+        let asked = self.asked.as_ref();
+        let has_parts = asked.is_some_and(|asked| asked.parts(setup).is_some());
+        (!has_parts).then_some("The recordings that were fitted to are not open, or have changed")
+    }
+
     /// Starts a fit of the present device.
     pub fn start(&mut self, setup: &Setup, context: &Context) {
+        self.previous = self.finished();
         self.error = None;
         self.result = None;
         self.profile.clear();
         let model = setup.preset.model.clone();
         let (train, held_out, options) = inputs(setup, self.free(setup));
-        self.asked = Some(Arc::new((train.clone(), options.clone())));
-        self.moved = (options.free.clone(), Some(Arc::new(model.clone())));
+        let asked = Asked::of(setup, options.clone(), Some(train.clone()));
+        self.moved = (options.free.clone(), Some(Arc::clone(&asked.start)));
+        self.asked = Some(Arc::new(asked));
         self.shown = true;
         self.job = Some(Job::start("fit", context, move |control| {
             let report = |progress: &Progress| control.report(progress.clone());
@@ -126,6 +199,7 @@ impl Fitting {
             return;
         };
         self.job = None;
+        self.previous = None;
         match result {
             Ok(result) => self.result = Some(Arc::new(result)),
             Err(error) => {
@@ -154,23 +228,29 @@ impl Fitting {
 
     /// Starts the profile of the chosen parameter around the last result, with the same
     /// recordings.
-    pub fn start_profile(&mut self, context: &Context) {
+    pub fn start_profile(&mut self, setup: &Setup, context: &Context) {
         let (Some(result), Some(asked)) = (self.result.clone(), self.asked.clone()) else {
             return;
         };
-        let Some(id) = self.profile.id.clone() else {
+        let (Some(id), Some(train)) = (self.profile.id.clone(), asked.parts(setup)) else {
             return;
         };
         self.profile.result = None;
         let of = id.clone();
         let job = Job::start("profile", context, move |control| {
-            let (train, options) = &*asked;
             let report = |progress: &Progress| control.report(progress.clone());
             let control = Control {
                 cancel: control.cancel(),
                 progress: &report,
             };
-            let points = profile_of(&result, train, &of, &PROFILE_SHIFTS, options, &control);
+            let points = profile_of(
+                &result,
+                &train,
+                &of,
+                &PROFILE_SHIFTS,
+                &asked.options,
+                &control,
+            );
             points.map_err(|e| e.to_string())
         });
         self.profile.job = Some((id, job));
@@ -179,6 +259,7 @@ impl Fitting {
     /// Discards the result and its profile.
     pub fn discard(&mut self) {
         self.result = None;
+        self.previous = None;
         self.profile.clear();
         self.shown = false;
     }
@@ -204,19 +285,6 @@ impl Fitting {
     }
 }
 
-/// The drive of the simulation, if it can be used.
-pub(crate) fn shared_drive(setup: &Setup) -> Option<Waveform> {
-    RecordedDriveCache::default().resolve(setup).ok()
-}
-
-/// The recordings of a role as the person has set them up.
-pub(crate) fn recordings(setup: &Setup, role: Role) -> Vec<Arc<Recording>> {
-    let shared = shared_drive(setup);
-    with_role(setup, role)
-        .map(|overlay| as_set_up(overlay, shared.as_ref()))
-        .collect()
-}
-
 /// Ids that can be fitted, of the device and its effects.
 pub fn candidates(model: &Model) -> Vec<String> {
     let own = model.parameters.iter().map(|(id, _)| id);
@@ -238,72 +306,16 @@ fn is_physical(id: crate::model::parameter::ParameterId) -> bool {
 /// What a fit in the window is given: parts to fit, parts held out, and the options, for the
 /// parameters `free`. The command line gives the same for the same recordings.
 pub(crate) fn inputs(setup: &Setup, free: Vec<String>) -> (Vec<Part>, Vec<Part>, FitOptions) {
-    let (train, held_out) = (recordings(setup, Role::Train), recordings(setup, Role::HeldOut));
+    let (train, held_out) = (
+        recordings(setup, Role::Train),
+        recordings(setup, Role::HeldOut),
+    );
     let (train, held_out) = Part::sides(train, held_out);
     let options = FitOptions {
         free,
         ..FitOptions::for_model(&setup.preset.model)
     };
     (train, held_out, options)
-}
-
-/// A recording as the person has set it up: its readings scaled and shifted, its drive, and what of
-/// its instrument is unknown. `shared` is the drive of the simulation; without one, a recording under
-/// it keeps its measured voltage.
-pub(crate) fn as_set_up(overlay: &Overlay, shared: Option<&Waveform>) -> Arc<Recording> {
-    let alignment = &overlay.alignment;
-    let drive = source(overlay, shared);
-    let is_as_read = *alignment == Alignment::default()
-        && drive == DriveSource::default()
-        && overlay.estimates == Estimates::default();
-    if is_as_read {
-        return Arc::clone(&overlay.recording);
-    }
-    let mut recording = overlay.recording.as_ref().clone();
-    let scale = |values: &mut [f64], channel| {
-        for x in values {
-            *x = alignment.value(channel, *x);
-        }
-    };
-    scale(&mut recording.proof_mass, Channel::ProofMass);
-    if let Some(values) = &mut recording.cantilever {
-        scale(values, Channel::Cantilever);
-    }
-    // A shift is that of the readings against the voltage. Without one it is that of all.
-    let mut lag = 0.0;
-    if let DriveSource::Waveform { waveform, start } = &drive {
-        let volts = recording.time.iter().map(|t| waveform.voltage(t - start));
-        recording.voltage = Some(volts.collect());
-        lag = -alignment.time_shift;
-    } else if recording.voltage.is_some() {
-        lag = -alignment.time_shift;
-    } else {
-        for t in &mut recording.time {
-            *t = alignment.time(*t);
-        }
-    }
-    recording.drive_source = drive;
-    recording.instrument = Some(overlay.estimates.unknowns(lag));
-    Arc::new(recording)
-}
-
-/// What drives a recording.
-fn source(overlay: &Overlay, shared: Option<&Waveform>) -> DriveSource {
-    let (first, _) = overlay.recording.span();
-    match &overlay.drive {
-        OwnDrive::Measured(reading) => DriveSource::Measured(*reading),
-        OwnDrive::Chosen(waveform) => DriveSource::Waveform {
-            waveform: waveform.clone(),
-            start: first,
-        },
-        // The simulation's t = 0 is that of the recording's times.
-        OwnDrive::Shared => {
-            shared.map_or_else(DriveSource::default, |waveform| DriveSource::Waveform {
-                waveform: waveform.clone(),
-                start: 0.0,
-            })
-        }
-    }
 }
 
 #[cfg(test)]
@@ -345,41 +357,5 @@ mod tests {
         }
         assert!(fitting.profile.result.is_none() && fitting.profile.job.is_none());
         assert!(job.is_cancelled());
-    }
-
-    #[test]
-    fn a_shift_and_a_scale_reach_the_fit() {
-        let mut setup = built_in::setup();
-        let overlay = &mut setup.overlays[0];
-        assert!(Arc::ptr_eq(&as_set_up(overlay, None), &overlay.recording));
-        overlay.alignment.time_shift = 1e-3;
-        overlay.alignment.xp_offset = 2e-6;
-        overlay.estimates.scales = true;
-        let moved = as_set_up(overlay, None);
-        // The shift is that of the readings against the voltage, which keeps its times.
-        assert_eq!(moved.time[5], overlay.recording.time[5]);
-        let unknown = moved.instrument.unwrap();
-        assert_eq!((unknown.lag, unknown.zeros), (-1e-3, true));
-        assert!(unknown.scale.is_some() && unknown.clock.is_some());
-        let apart = moved.proof_mass[5] - overlay.recording.proof_mass[5];
-        assert!((apart - 2e-6).abs() < 1e-15);
-    }
-
-    #[test]
-    fn a_drive_chosen_for_a_recording_is_that_of_the_fit() {
-        let mut setup = built_in::setup();
-        let overlay = &mut setup.overlays[0];
-        let waveform = Waveform::parse("square:15Hz:6V", 1.0).unwrap();
-        overlay.drive = OwnDrive::Chosen(waveform.clone());
-        let used = as_set_up(overlay, None);
-        let drive = used.own_drive().unwrap().unwrap();
-        assert_eq!(drive.text, waveform.to_string());
-        assert_eq!(used.voltage.as_ref().unwrap()[0], 6.0);
-        overlay.drive = OwnDrive::Shared;
-        let shared = as_set_up(overlay, Some(&waveform));
-        assert_eq!(
-            shared.own_drive().unwrap().unwrap().text,
-            waveform.to_string()
-        );
     }
 }

@@ -5,21 +5,20 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use eframe::egui::Context;
+use serde::{Deserialize, Serialize};
 
-use super::fit::recordings;
 use super::identification_course::{Course, WholeFit};
 use super::job::Job;
+use super::origin::{Origin, Source, recordings, shared_drive};
 use super::recording_roles::with_role;
 use crate::app::setup::current_setup::Setup;
-use crate::app::setup::overlay::{Estimates, OverlayId, Role};
-use crate::app::setup::own_drive::OwnDrive;
+use crate::app::setup::overlay::{OverlayId, Role};
 use crate::fit::contact_readings::ContactReadings;
 use crate::fit::contact_sample::Sampled;
 use crate::fit::paper_steps::guide::{Allowance, Guidance, Step, guide};
 use crate::fit::paper_steps::outcome::{StepResult, take};
 use crate::fit::{Control, FitOptions, Progress};
 use crate::model::Model;
-use crate::recording::align::Alignment;
 
 /// What the thread sends.
 #[derive(Debug, Clone)]
@@ -30,11 +29,8 @@ pub enum StepEvent {
     Found(StepResult),
 }
 
-/// A recording as it was set up.
-type SetUp = (OverlayId, Alignment, OwnDrive, Estimates);
-
 /// Recordings as they were set up, and the name of the device.
-type Seen = (Vec<SetUp>, String);
+type Seen = (Vec<(OverlayId, Source)>, String);
 
 /// What the guide used and read, so that the steps need not read it again.
 #[derive(Debug, Clone)]
@@ -59,16 +55,38 @@ pub struct Identification {
     looked: Option<Looked>,
     /// The running step; `None` inside while the recordings are examined.
     pub job: Option<(Option<Step>, Job<Progress, StepEvent>)>,
+    /// What the running step is given.
+    asked: Option<Origin>,
     /// Name of the device that the results belong to.
     of: String,
     /// Results by the id of the step, or why it failed.
     pub findings: BTreeMap<&'static str, Result<StepResult, String>>,
+    /// What each result was computed from, by the id of the step.
+    pub origins: BTreeMap<&'static str, Origin>,
     /// The step shown.
     pub chosen: Option<Step>,
     /// What it does on its own, as the person asked.
     pub course: Course,
     /// The fit of the whole device that the present values come from.
     pub whole: Option<WholeFit>,
+}
+
+/// What a session has of the guide and of the results' origins. The results themselves are kept
+/// one by one.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Stored {
+    open: bool,
+    allowances: Vec<Allowance>,
+    first: Option<String>,
+    sampled: Option<Sampled>,
+    seen: Option<Seen>,
+    /// The device that the guide is valid for.
+    looked: Option<Arc<Model>>,
+    of: String,
+    failed: BTreeMap<String, String>,
+    origins: BTreeMap<String, Origin>,
+    chosen: Option<Step>,
+    whole: Option<WholeFit>,
 }
 
 impl Identification {
@@ -80,6 +98,76 @@ impl Identification {
         }
     }
 
+    /// What a session keeps of it.
+    pub fn stored(&self) -> Stored {
+        let failed = self.findings.iter().filter_map(|(id, found)| {
+            let error = found.as_ref().err()?;
+            Some(((*id).to_owned(), error.clone()))
+        });
+        let origins = self.origins.iter();
+        // While recordings are examined, what is known of them is not complete.
+        let is_known = self.job.as_ref().is_none_or(|(step, _)| step.is_some());
+        Stored {
+            open: self.open,
+            allowances: self.allowances.clone(),
+            first: self.first.clone(),
+            sampled: self.sampled,
+            seen: self.seen.clone().filter(|_| is_known),
+            looked: (self.looked.as_ref())
+                .filter(|_| is_known)
+                .map(|looked| Arc::clone(&looked.model)),
+            of: self.of.clone(),
+            failed: failed.collect(),
+            origins: origins
+                .map(|(id, origin)| ((*id).to_owned(), origin.clone()))
+                .collect(),
+            whole: self.whole.clone(),
+            chosen: self.chosen,
+        }
+    }
+
+    /// The state that a session kept, with its results.
+    pub fn restored(stored: Stored, found: Vec<(Step, StepResult)>) -> Self {
+        let mut findings: BTreeMap<&'static str, Result<StepResult, String>> = BTreeMap::new();
+        let id = |id: &String| Step::find(id).map(Step::id);
+        for (step, error) in &stored.failed {
+            findings.extend(id(step).map(|id| (id, Err(error.clone()))));
+        }
+        findings.extend(
+            found
+                .into_iter()
+                .map(|(step, found)| (step.id(), Ok(found))),
+        );
+        let origins = stored.origins.into_iter();
+        Self {
+            open: stored.open,
+            allowances: stored.allowances,
+            first: stored.first,
+            sampled: stored.sampled,
+            seen: stored.seen,
+            // The steps read the ground again: its readings may be many.
+            looked: stored.looked.map(|model| Looked {
+                model,
+                readings: None,
+            }),
+            job: None,
+            asked: None,
+            of: stored.of,
+            findings,
+            origins: origins
+                .filter_map(|(step, origin)| Some((id(&step)?, origin)))
+                .collect(),
+            chosen: stored.chosen,
+            course: Course::ByHand,
+            whole: stored.whole,
+        }
+    }
+
+    /// In what the setup differs from that of a step's result.
+    pub fn differences(&self, step: Step, setup: &Setup) -> Option<String> {
+        self.origins.get(step.id())?.differences(setup)
+    }
+
     /// Takes the results of the thread, whether or not the panel is open.
     pub fn collect(&mut self, setup: &Setup) {
         if self.of != setup.preset.model.name {
@@ -88,6 +176,7 @@ impl Identification {
             self.findings.clear();
             self.course = Course::ByHand;
             self.whole = None;
+            self.origins.clear();
             if let Some((_, job)) = self.job.take() {
                 job.cancel();
             }
@@ -109,9 +198,15 @@ impl Identification {
                 // A cancelled step has not failed: its earlier result stays.
                 (Some(_), Err(_)) if job.is_cancelled() => {}
                 (Some(step), Ok(StepEvent::Found(finding))) => {
+                    let origin = self.asked.take();
+                    self.origins
+                        .extend(origin.map(|origin| (step.id(), origin)));
                     self.findings.insert(step.id(), Ok(finding));
                 }
                 (Some(step), Err(error)) => {
+                    let origin = self.asked.take();
+                    self.origins
+                        .extend(origin.map(|origin| (step.id(), origin)));
                     self.findings.insert(step.id(), Err(error));
                 }
                 (None, _) => self.looked = None,
@@ -163,6 +258,8 @@ impl Identification {
     /// Runs a step with the present device.
     pub fn start(&mut self, step: Step, setup: &Setup, context: &Context) {
         let (model, recordings) = (setup.preset.model.clone(), recordings(setup, Role::Train));
+        // A step uses no held-out recordings, but their roles say which are left for it.
+        self.asked = Some(Origin::of(setup));
         self.chosen = Some(step);
         let known = self
             .looked
@@ -192,7 +289,8 @@ impl Identification {
 
 fn seen(setup: &Setup) -> Seen {
     let used = with_role(setup, Role::Train);
-    let placed = used.map(|o| (o.id, o.alignment, o.drive.clone(), o.estimates));
+    let shared = shared_drive(setup);
+    let placed = used.map(|o| (o.id, Source::of(o, shared.as_ref(), Role::Train)));
     (placed.collect(), setup.preset.model.name.clone())
 }
 

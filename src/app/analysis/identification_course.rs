@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use eframe::egui::Context;
+use serde::{Deserialize, Serialize};
 
 use super::fit::Fitting;
 use super::identification::Identification;
@@ -30,7 +31,7 @@ pub enum Course {
 }
 
 /// A fit of the whole device.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct WholeFit {
     /// The ids that were free.
     pub free: Vec<String>,

@@ -8,6 +8,7 @@ pub mod fit;
 pub mod identification;
 pub mod identification_course;
 pub mod job;
+pub(super) mod origin;
 pub(super) mod recording_noise;
 pub mod recording_roles;
 pub mod sealed_trial;

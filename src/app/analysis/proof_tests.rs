@@ -16,7 +16,10 @@ const MAX_DIFFERENCE: f64 = 0.01;
 
 #[test]
 fn the_accepted_device_has_the_misfits_of_the_proof_in_tune() {
-    let _ = env_logger::builder().is_test(true).filter_level(log::LevelFilter::Debug).try_init();
+    let _ = env_logger::builder()
+        .is_test(true)
+        .filter_level(log::LevelFilter::Debug)
+        .try_init();
     let mut state = State::new(crate::app::files::built_in::setup(), View::default());
     load_example::load(&mut state, &mut 0).unwrap();
     let context = Context::default();

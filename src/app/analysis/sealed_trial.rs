@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use eframe::egui::Context;
+use serde::{Deserialize, Serialize};
 
 use super::diagnosis_answer::Answer;
 use super::job::Job;
@@ -15,7 +16,7 @@ use crate::trial::score::Mark;
 use crate::trial::{Case, Class, Envelope, Mix, Recordings, Settings, StructureKind, Truth, score};
 
 /// What may be concealed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Level {
     /// One effect of the catalogue.
     #[default]
@@ -49,7 +50,7 @@ impl Level {
 }
 
 /// The person's guess of what is concealed.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Guess {
     /// Nothing is concealed.
     Nothing,
@@ -60,7 +61,7 @@ pub enum Guess {
 }
 
 /// Trials opened so far, and how many answers were right.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Tally {
     /// Right guesses, and number of guesses.
     pub person: (usize, usize),
@@ -89,26 +90,53 @@ pub(crate) struct Own {
     pub(crate) by_hand: Option<Arc<Answer>>,
 }
 
+/// What a trial is drawn from: the same draw gives the same trial.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Draw {
+    /// Its seed.
+    pub seed: u64,
+    /// What may be concealed.
+    pub level: Level,
+    /// Whether the device is a beam. A further mode then belongs to the device itself.
+    pub beam: bool,
+    /// Rms of the measurement noise \[m\].
+    pub noise: f64,
+}
+
+/// A trial in a session, before it is drawn again. What it conceals is in no file: the draw and
+/// the seal are enough.
+#[derive(Debug, Clone)]
+pub(crate) struct Suspended {
+    pub(crate) draw: Draw,
+    pub(crate) seal: String,
+    pub(crate) guess: Option<Guess>,
+    /// Marks of the diagnosis and of the guess, if the envelope was open.
+    pub(crate) marks: Option<(Option<Mark>, Option<Mark>)>,
+    /// Device, drive and settings of the recordings in the trial; their data are drawn again.
+    /// `None` if they could not be read.
+    pub(crate) setup: Option<Setup>,
+    pub(crate) automatic: Option<Arc<Answer>>,
+    pub(crate) by_hand: Option<Arc<Answer>>,
+}
+
 /// A running trial.
 #[derive(Debug, Clone)]
 pub struct Sealed {
-    /// Its seed.
-    pub seed: u64,
+    /// What it was drawn from.
+    pub draw: Draw,
     /// SHA-256 of the truth.
     pub seal: String,
     /// The person's guess.
     pub guess: Option<Guess>,
     /// The envelope's contents, once it is open.
     pub opened: Option<Opened>,
-    /// Whether the device is a beam. A further mode then belongs to the device itself.
-    pub(crate) beam: bool,
     pub(crate) envelope: Envelope,
     pub(crate) recordings: Vec<OverlayId>,
     pub(crate) own: Box<Own>,
 }
 
-/// A generated trial: recordings, envelope, seed, and whether the device is a beam.
-pub(crate) type Made = (Recordings, Envelope, u64, bool);
+/// A generated trial: recordings, envelope, and what they were drawn from.
+pub(crate) type Made = (Recordings, Envelope, Draw);
 
 /// State of the sealed trial.
 #[derive(Debug, Clone)]
@@ -127,6 +155,8 @@ pub struct Trial {
     pub making: Option<Job<(), Made>>,
     /// Why none could be generated.
     pub error: Option<String>,
+    /// The trial of a session that was opened, until it is drawn again.
+    pub(crate) suspended: Option<Box<Suspended>>,
     /// The running trial.
     pub sealed: Option<Sealed>,
     /// Results so far.
@@ -143,6 +173,7 @@ impl Default for Trial {
             noise: Settings::default().noise,
             making: None,
             error: None,
+            suspended: None,
             sealed: None,
             tally: Tally::default(),
         }
@@ -174,22 +205,45 @@ impl Trial {
                 return;
             }
         };
-        let kind = if self.beam {
+        self.draw(
+            Draw {
+                seed,
+                level: self.level,
+                beam: self.beam,
+                noise: self.noise,
+            },
+            context,
+        );
+    }
+
+    /// Whether a trial is being drawn, or is to be drawn again.
+    pub(crate) fn has_begun(&self) -> bool {
+        self.making.is_some() || self.suspended.is_some()
+    }
+
+    /// Starts drawing the trial of a session again.
+    pub(crate) fn resume(&mut self, context: &Context) {
+        if let Some(suspended) = self.suspended.as_ref().filter(|_| self.making.is_none()) {
+            self.draw(suspended.draw, context);
+        }
+    }
+
+    fn draw(&mut self, draw: Draw, context: &Context) {
+        let kind = if draw.beam {
             StructureKind::Beam
         } else {
             StructureKind::Lumped
         };
         let settings = Settings {
             structure: Some(kind),
-            noise: self.noise,
-            mix: self.level.mix(),
+            noise: draw.noise,
+            mix: draw.level.mix(),
             ..Settings::default()
         };
-        let beam = self.beam;
         self.making = Some(Job::start("trial", context, move |_| {
-            let case = Case::draw(seed, &settings).map_err(|error| error.to_string())?;
+            let case = Case::draw(draw.seed, &settings).map_err(|error| error.to_string())?;
             let (recordings, envelope) = case.into_parts();
-            Ok((recordings, envelope, seed, beam))
+            Ok((recordings, envelope, draw))
         }));
     }
 }

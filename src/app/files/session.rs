@@ -26,6 +26,23 @@ pub fn save(
     write_atomically(path, text.as_bytes())
 }
 
+/// Saves a session with its results, which are lines of comments.
+///
+/// # Errors
+/// Those of [`save`].
+pub fn save_with_results(
+    path: &Path,
+    setup: &Setup,
+    view: &View,
+    missing: &[RecordingEntry],
+    results: &str,
+) -> Result<(), SessionError> {
+    let mut text = text(path, setup, view, missing)?;
+    text.push('\n');
+    text.push_str(results);
+    write_atomically(path, text.as_bytes())
+}
+
 /// The text of a session that is saved as `path`; nothing is written.
 ///
 /// # Errors
@@ -47,7 +64,10 @@ pub fn text(
 /// Whether a file is a session rather than a preset.
 pub fn is_session(path: &Path) -> bool {
     path.to_string_lossy().ends_with(".impactscope.toml")
-        || std::fs::read_to_string(path).is_ok_and(|text| session_text::has_version_key(&text))
+        || std::fs::read(path).is_ok_and(|bytes| {
+            let setup = &bytes[..session_text::results_start(&bytes)];
+            session_text::has_version_key(&String::from_utf8_lossy(setup))
+        })
 }
 
 /// Reads a session; its recordings are imported later. A recording that is no longer at its
@@ -61,13 +81,13 @@ pub fn load(path: &Path) -> Result<Loaded, SessionError> {
         source,
     };
     let bytes = std::fs::read(path).map_err(fail)?;
-    let text = String::from_utf8(bytes).map_err(|error| SessionError::Unreadable {
+    // Damage in the results does not cost the setup.
+    let (setup, results) = bytes.split_at(session_text::results_start(&bytes));
+    let setup = std::str::from_utf8(setup).map_err(|error| SessionError::Unreadable {
         path: path.to_owned(),
-        reason: format!(
-            "byte {} is not UTF-8 text",
-            error.utf8_error().valid_up_to()
-        ),
+        reason: format!("byte {} is not UTF-8 text", error.valid_up_to()),
     })?;
+    let text = [setup, &String::from_utf8_lossy(results)].concat();
     parse(path, &text)
 }
 

@@ -23,6 +23,10 @@ pub const FORMAT_VERSION: u32 = 1;
 /// The key that distinguishes a session from a preset; its value is the version.
 pub const VERSION_KEY: &str = "impactscope_session";
 
+/// Begins the results, which stand behind the setup as comments: a damaged one does not cost
+/// the setup.
+pub const RESULTS_MARK: &str = "#@ results ";
+
 /// Largest number of a recording. Counting on from it stays within what a file can hold.
 const MAX_RECORDING_NUMBER: u64 = 1 << 48;
 
@@ -175,11 +179,21 @@ pub fn has_version_key(text: &str) -> bool {
     })
 }
 
+/// Where the results begin in the bytes of a session: at their end if there are none.
+pub fn results_start(bytes: &[u8]) -> usize {
+    let mark = RESULTS_MARK.as_bytes();
+    let mut starts = (0..bytes.len()).filter(|&i| i == 0 || bytes[i - 1] == b'\n');
+    starts
+        .find(|&i| bytes[i..].starts_with(mark))
+        .unwrap_or(bytes.len())
+}
+
 /// Reads the text of a session.
 ///
 /// # Errors
 /// [`TextError`].
 pub fn from_text(text: &str) -> Result<Loaded, TextError> {
+    let (text, results) = text.split_at(results_start(text.as_bytes()));
     let damaged =
         |error: toml::de::Error| TextError::Damaged(TomlFault::new(text, &error).to_string());
     // The version is checked first: another version may have other keys.
@@ -197,7 +211,11 @@ pub fn from_text(text: &str) -> Result<Loaded, TextError> {
     }
     // Parsed from the text again, so that an error names its line.
     let file: File = toml::from_str(text).map_err(damaged)?;
-    loaded(file).map_err(|reason| TextError::Damaged(short_reason(&reason)))
+    let loaded = loaded(file).map_err(|reason| TextError::Damaged(short_reason(&reason)))?;
+    Ok(Loaded {
+        results: results.to_owned(),
+        ..loaded
+    })
 }
 
 fn loaded(mut file: File) -> Result<Loaded, String> {
@@ -249,6 +267,7 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
         view: file.view,
         recordings,
         missing,
+        results: String::new(),
     })
 }
 
@@ -346,6 +365,8 @@ pub struct Loaded {
     pub recordings: Vec<RecordingEntry>,
     /// What could not be restored and what to do, for the window.
     pub missing: Vec<String>,
+    /// The lines of results, not read yet.
+    pub results: String,
 }
 
 impl Loaded {

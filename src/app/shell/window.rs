@@ -17,6 +17,7 @@ use crate::app::actions::{intake, run};
 use crate::app::files::built_in;
 use crate::app::files::open::Files;
 use crate::app::files::recent::absolute;
+use crate::app::kept;
 use crate::app::services::Services;
 use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
@@ -81,13 +82,16 @@ impl Shell {
         let idle = services.files.pending() == 0;
         // No file was being read before, and none has arrived since that could have started
         // another: all recordings are there.
-        let all_read = !intake::receive(services) && idle;
-        self.kept_curves.update(services, all_read);
-        diagnosis::update(services);
+        let is_reading = intake::receive(services) || !idle;
+        self.kept_curves.update(services, !is_reading);
+        diagnosis::update(services, is_reading, ui.ctx());
         // Results are taken whichever workspace and panel is open.
         let state = &mut services.state;
         state.fitting.poll(&state.setup);
-        state.identification.collect(&state.setup);
+        if state.diagnosing.trial.suspended.is_none() {
+            // The results of a suspended trial's device wait for that device.
+            state.identification.collect(&state.setup);
+        }
         if self.applied_dark != Some(services.state.view.dark) {
             self.applied_dark = Some(services.state.view.dark);
             theme::apply(ui.ctx(), services.state.view.dark);
@@ -149,6 +153,7 @@ fn first_services(
         .and_then(|slot| autosave::restore(slot, &mut notices));
     let is_restored = restored.is_some();
     let (mut last_id, mut missing_recordings) = (0, Vec::new());
+    let mut results = String::new();
     let (setup, view) = match restored {
         Some(loaded) => {
             for entry in &loaded.recordings {
@@ -158,6 +163,7 @@ fn first_services(
             notices.extend(missing.map(|text| Notice::new(true, text.as_str())));
             last_id = loaded.last_id();
             missing_recordings = loaded.recordings;
+            results = loaded.results;
             (loaded.setup, loaded.view)
         }
         None => (first_setup(preset, has_no_input), View::default()),
@@ -170,6 +176,8 @@ fn first_services(
     }
     let shown = setup.overlays.iter().map(|o| o.id).max().unwrap_or(0);
     let mut state = State::new(setup, view);
+    let lost = kept::restore(&mut state, &results);
+    notices.extend(lost.map(|text| Notice::new(true, text)));
     if let Some(workspace) = &options.workspace {
         state.view.workspace.clone_from(workspace);
     }

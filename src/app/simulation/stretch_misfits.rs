@@ -8,8 +8,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use super::request::SimulationRequest;
 use super::snapshot::Snapshot;
-use crate::app::analysis::fit::as_set_up;
 use crate::app::analysis::job::in_own_pool;
+use crate::app::analysis::origin::as_set_up;
 use crate::app::setup::overlay::Overlay;
 use crate::diagnose::{DiagnoseControl, DiagnoseOptions, StretchMisfit, evaluate};
 use crate::fit::Part;

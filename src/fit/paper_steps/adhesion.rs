@@ -12,6 +12,8 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use super::StepError;
 use super::line_fit::{Line, robust_line};
 use crate::fit::contact_readings::{ContactReadings, Release};
@@ -23,7 +25,7 @@ use crate::model::unit::counted;
 use crate::recording::quantile_in_place;
 
 /// Why a release does not count for the line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum ExcludedRelease {
     /// Contact that is not sustained.
     Brief,
@@ -87,7 +89,7 @@ impl fmt::Display for ExcludedRelease {
 }
 
 /// The adhesion law.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Adhesion {
     /// Growth `Ca` \[N/s\] and its standard error.
     pub rate: (f64, f64),

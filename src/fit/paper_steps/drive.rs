@@ -10,6 +10,7 @@
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 
 use super::StepError;
 use crate::fit::contact_readings::check_readable;
@@ -34,7 +35,7 @@ const BRANCH_POLYNOMIAL_ORDERS: [usize; 2] = [3, 2];
 const SLOW_CYCLE_REMEDY: &str = "also record whole slow cycles of the voltage, for example a 5 Hz sine so small that the mass hardly touches the ground";
 
 /// A point of the figure: one block.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DrivePoint {
     /// Time of its middle \[s\].
     pub time: f64,
@@ -47,7 +48,7 @@ pub struct DrivePoint {
 }
 
 /// One branch.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BranchFit {
     /// Coefficients in rising powers of V, zero beyond the order.
     pub coefficients: [f64; 4],
@@ -62,7 +63,7 @@ pub struct BranchFit {
 }
 
 /// Both branches.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DriveFit {
     /// For V' > 0.
     pub rising: BranchFit,

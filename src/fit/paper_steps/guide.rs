@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::adhesion::adhesion;
 use super::drive::{fit_drive, fit_drive_to};
 use super::film::rings::rings_in;
@@ -18,9 +20,10 @@ use crate::fit::solve::levenberg_marquardt::Control;
 use crate::fit::thresholds::MAX_DEVICE_NOISE_RATIO;
 use crate::model::Model;
 use crate::recording::Recording;
+use crate::static_text::{self, StaticText};
 
 /// A step of the paper's identification.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Step {
     /// The branches of the drive.
     Drive,
@@ -89,7 +92,7 @@ impl Step {
 }
 
 /// Whether a step can be taken.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Allowance {
     /// The step.
     pub step: Step,
@@ -98,13 +101,14 @@ pub struct Allowance {
 }
 
 /// What a step lacks.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Missing {
     /// Why it cannot be taken.
     pub reason: String,
     /// What to record so that it can; `None` where no recording helps, as the device lacks
     /// what the step is about, or the reason already says what to do.
-    pub record: Option<&'static str>,
+    #[serde(deserialize_with = "static_text::optional")]
+    pub record: Option<StaticText>,
     /// Whether bounces or releases were seen that the device, as it is, does not follow: a fit of
     /// the whole device may allow the step with the same recordings.
     pub may_be_the_device: bool,

@@ -1,6 +1,7 @@
 //! A straight line through points with individual standard errors.
 
 use crate::fit::thresholds::LINE_HUBER_THRESHOLD;
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// Mean of `min(z^2, LINE_HUBER_THRESHOLD^2)` for a standard normal `z`.
@@ -13,7 +14,7 @@ const SCATTER_HALVINGS: usize = 60;
 const MIN_VARIANCE_SHARE: f64 = 1e-16;
 
 /// A straight line through weighted points.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Line {
     /// Value at zero, and its standard error.
     pub intercept: f64,

@@ -3,6 +3,8 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::StepError;
 use super::adhesion::{Adhesion, adhesion};
 use super::drive::{DriveFit, fit_drive};
@@ -19,7 +21,7 @@ use crate::model::parameter::ParameterId;
 use crate::recording::Recording;
 
 /// The result of a step.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub enum StepResult {
     /// Branches of the drive.
     Drive(Arc<DriveFit>),

@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::StepError;
@@ -12,7 +13,7 @@ use crate::fit::thresholds::{MAX_RATIO_ERROR, MIN_BOUNCE_RATIO, MIN_BOUNCES};
 use crate::model::unit::counted;
 
 /// The coefficient of restitution.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Restitution {
     /// Weighted mean of the ratios.
     pub mean: f64,
@@ -33,7 +34,7 @@ pub struct Restitution {
 }
 
 /// Landings that were seen but give no ratio.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct ExcludedBounces {
     /// In segments that could not be followed, for example in chatter: the next impact comes
     /// before the speed after the last one shows.

@@ -8,6 +8,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use serde::{Deserialize, Serialize};
+
 use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::pipeline::{Fitted, fit, fit_from, fitted};
@@ -41,7 +43,7 @@ pub const TABLE_2_ROWS: [ParameterId; 5] = [
 ];
 
 /// Both identifications.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Sensitivity {
     /// With the model's `dp`.
     pub original: FitResult,

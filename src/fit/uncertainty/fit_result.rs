@@ -4,9 +4,11 @@
 //! above 1 and widened by the sandwich covariance (`sandwich_covariance`).
 
 use nalgebra::{DMatrix, SymmetricEigen};
+use serde::{Deserialize, Serialize};
 
 use super::normal_inverse::inverse;
 use super::sandwich_covariance::{sandwich_inflation, segment_gradients, with_observed_curvature};
+use super::stored_matrix;
 use crate::fit::error::FitError;
 use crate::fit::problem::prepare::Prepared;
 use crate::fit::recipes::recording_for;
@@ -21,9 +23,10 @@ use crate::model::Model;
 use crate::model::parameter::Scale;
 use crate::model::unit::{format_number, format_quantity};
 use crate::sim::SimError;
+use crate::static_text::{self, StaticText};
 
 /// One fitted parameter.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FittedParameter {
     /// Id.
     pub id: String,
@@ -32,7 +35,8 @@ pub struct FittedParameter {
     /// Standard error, SI; infinite if the recordings do not determine the parameter.
     pub std_error: f64,
     /// SI unit.
-    pub unit: &'static str,
+    #[serde(deserialize_with = "static_text::one")]
+    pub unit: StaticText,
     /// Value before the fit.
     pub start: f64,
     /// Whether it is at a bound.
@@ -40,7 +44,7 @@ pub struct FittedParameter {
 }
 
 /// Misfit of one recording, or of all together.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Misfit {
     /// Name of the recording, or empty for all together.
     pub name: String,
@@ -70,17 +74,19 @@ impl Misfit {
 }
 
 /// The result of a fit.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct FitResult {
     /// The model with the fitted values.
     pub model: Model,
     /// The fitted parameters.
     pub parameters: Vec<FittedParameter>,
     /// Correlations of their values, in the same order.
+    #[serde(with = "stored_matrix")]
     pub correlations: DMatrix<f64>,
     /// Eigenvalues of the Fisher matrix of relative changes, largest first.
     pub fisher_values: Vec<f64>,
     /// Its eigenvectors, one a column.
+    #[serde(with = "stored_matrix")]
     pub fisher_vectors: DMatrix<f64>,
     /// Sentences on what the recordings do not determine.
     pub remarks: Vec<String>,

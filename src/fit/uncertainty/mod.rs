@@ -8,3 +8,4 @@ pub mod identifiability;
 pub(super) mod normal_inverse;
 pub mod profile_likelihood;
 pub(super) mod sandwich_covariance;
+mod stored_matrix;

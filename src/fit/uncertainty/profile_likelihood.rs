@@ -5,6 +5,7 @@
 //! by `Cs` itself. All points use one robust loss, so that their costs can be compared.
 
 use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
 
 use super::fit_result::{FitResult, FittedParameter, misfits};
 use super::normal_inverse::inverse;
@@ -35,7 +36,7 @@ const VALUE_SETTLE_ROUNDS: usize = 3;
 const EXPECTED_ESTIMATE_ITERATIONS: usize = 5;
 
 /// One point of a profile.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ProfilePoint {
     /// Value of the parameter, SI.
     pub value: f64,

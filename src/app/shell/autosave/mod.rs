@@ -17,6 +17,7 @@ use crate::app::files::atomic_write::{SessionError, keep_unreadable};
 use crate::app::files::session;
 use crate::app::files::session_text::{Loaded, RecordingEntry};
 use crate::app::flows::sealed_trial::own_setup;
+use crate::app::kept::{Kept, Memo};
 use crate::app::services::Services;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::notice::Notice;
@@ -40,8 +41,11 @@ const BUSY_TIME: Duration = Duration::from_millis(200);
 pub(super) struct Autosave {
     /// The window's own file; `None` if it has none, and nothing is written.
     slot: Option<Slot>,
-    /// The setup and view seen last.
-    seen: (Setup, View),
+    /// The setup, view and results seen last.
+    seen: (Setup, View, Kept),
+    /// Lines of results that were written already: they are not made again with every change of
+    /// a slider.
+    memo: Arc<Memo>,
     /// What is not written yet.
     unsaved: Option<Unsaved>,
     /// Number of the session written last or being written.
@@ -64,6 +68,7 @@ struct SessionParts {
     setup: Setup,
     view: View,
     missing: Vec<RecordingEntry>,
+    results: Kept,
 }
 
 impl SessionParts {
@@ -72,20 +77,27 @@ impl SessionParts {
             setup: own_setup(&services.state).clone(),
             view: services.state.view.clone(),
             missing: services.missing_recordings.clone(),
+            results: Kept::of(&services.state),
         }
     }
 
-    fn save(&self, path: &Path) -> Result<(), SessionError> {
-        session::save(path, &self.setup, &self.view, &self.missing)
+    fn save(&self, path: &Path, memo: &Memo) -> Result<(), SessionError> {
+        let results = self.results.text(memo);
+        session::save_with_results(path, &self.setup, &self.view, &self.missing, &results)
     }
 }
 
-fn write(written: &Mutex<(u64, Option<String>)>, number: u64, path: &Path, parts: &SessionParts) {
+fn write(
+    written: &Mutex<(u64, Option<String>)>,
+    number: u64,
+    path: &Path,
+    (parts, memo): (&SessionParts, &Memo),
+) {
     let mut written = written.lock().unwrap_or_else(PoisonError::into_inner);
     if number > written.0 {
         *written = (
             number,
-            parts.save(path).err().map(|error| error.to_string()),
+            parts.save(path, memo).err().map(|error| error.to_string()),
         );
     }
 }
@@ -95,7 +107,8 @@ impl Autosave {
     pub(super) fn new(state: &State, slot: Option<Slot>) -> Self {
         Self {
             slot,
-            seen: (state.setup.clone(), state.view.clone()),
+            seen: (state.setup.clone(), state.view.clone(), Kept::of(state)),
+            memo: Arc::default(),
             unsaved: None,
             requested: 0,
             written: Arc::default(),
@@ -130,8 +143,9 @@ impl Autosave {
             });
         }
         let current = (own_setup(&services.state), &services.state.view);
-        if current != (&self.seen.0, &self.seen.1) {
-            self.seen = (current.0.clone(), current.1.clone());
+        let results = Kept::of(&services.state);
+        if current != (&self.seen.0, &self.seen.1) || results != self.seen.2 {
+            self.seen = (current.0.clone(), current.1.clone(), results);
             let since = self.unsaved.map_or(now, |unsaved| unsaved.since);
             self.unsaved = Some(Unsaved {
                 since,
@@ -167,10 +181,11 @@ impl Autosave {
     ) -> std::io::Result<()> {
         self.requested += 1;
         let (number, written) = (self.requested, Arc::clone(&self.written));
+        let memo = Arc::clone(&self.memo);
         std::thread::Builder::new()
             .name("autosave".to_owned())
             .spawn(move || {
-                write(&written, number, &path, &parts);
+                write(&written, number, &path, (&parts, &memo));
                 done();
             })
             .map(|_| ())
@@ -181,7 +196,8 @@ impl Autosave {
         if let Some(slot) = &self.slot {
             self.requested += 1;
             let parts = SessionParts::of(services);
-            write(&self.written, self.requested, slot.path(), &parts);
+            let parts = (&parts, &*self.memo);
+            write(&self.written, self.requested, slot.path(), parts);
             if let Some(problem) = self.problem() {
                 log::error!("the session is not saved: {problem}");
             }

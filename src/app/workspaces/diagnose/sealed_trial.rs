@@ -54,7 +54,7 @@ fn content(ui: &mut Ui, state: &mut State) {
 fn settings(ui: &mut Ui, state: &mut State) {
     let busy = state.diagnosing.running.is_some();
     let trial = &mut state.diagnosing.trial;
-    let making = trial.making.is_some();
+    let making = trial.has_begun();
     ui.add_space(4.0);
     ui.add_enabled_ui(!making, |ui| {
         Grid::new("trial settings")
@@ -134,7 +134,10 @@ fn settings(ui: &mut Ui, state: &mut State) {
         }
         if making {
             ui.spinner();
-            ui.label("simulating the recordings");
+            ui.label(match &trial.suspended {
+                Some(_) => "simulating the recordings of the session's trial again",
+                None => "simulating the recordings",
+            });
         }
     });
 }
@@ -147,7 +150,7 @@ fn running(ui: &mut Ui, state: &mut State) {
     heading(ui, "1  Sealed");
     ui.label(small(format!(
         "Seed {}; SHA-256 of what is concealed, fixed in advance:",
-        sealed.seed
+        sealed.draw.seed
     )));
     let (a, b) = sealed.seal.split_at(sealed.seal.len() / 2);
     ui.label(small(format!("{a}\n{b}")).monospace());

@@ -43,7 +43,7 @@ fn list(ui: &mut Ui, state: &mut State) {
     if let Some(sealed) = &state.diagnosing.trial.sealed {
         let text = format!(
             "Sealed trial, seed {}: your recordings are set aside.",
-            sealed.seed
+            sealed.draw.seed
         );
         ui.label(small(text).color(ui.visuals().warn_fg_color));
     }

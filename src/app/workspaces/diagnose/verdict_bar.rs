@@ -171,9 +171,13 @@ fn notes(ui: &mut Ui, state: &mut State, answer: &Answer) {
             let text = small("Cancelled: these are the results so far.");
             ui.label(text.color(ui.visuals().warn_fg_color));
         }
-        if state.diagnosing.is_stale(&state.setup) {
-            let text = small("The recordings or their roles have changed since: diagnose again.");
-            ui.label(text.color(ui.visuals().warn_fg_color));
+        if let Some(differences) = state.diagnosing.differences(&state.setup) {
+            // What has changed may be a long list.
+            let text = differences.split_inclusive(": ").next().unwrap_or_default();
+            let text = text.trim_end_matches(": ").trim_end_matches('.');
+            let text = small(format!("{text}: diagnose again."));
+            ui.label(text.color(ui.visuals().warn_fg_color))
+                .on_hover_text(&differences);
         }
         if !d.remarks.is_empty() {
             let title = small(format!("What limits this answer ({})", d.remarks.len()));

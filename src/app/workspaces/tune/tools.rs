@@ -33,7 +33,7 @@ enum Tool {
 }
 
 impl Tool {
-    const ALL: [Self; 6] = [
+    const ALL: [Self; 7] = [
         Self::Readouts,
         Self::Drive,
         Self::Fit,

@@ -9,6 +9,8 @@
 mod ring_fits;
 pub(crate) mod rings;
 
+use serde::{Deserialize, Serialize};
+
 use self::ring_fits::{GAP_COORDINATE, RingFits, STRENGTH_COORDINATE, film_starts};
 use self::rings::{rings_of, simulated_rings};
 use super::StepError;
@@ -25,7 +27,7 @@ use crate::model::unit::counted;
 use crate::sim::SimError;
 
 /// One curve of the figure, after one release.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Decay {
     /// Times after the release \[s\].
     pub time: Vec<f64>,
@@ -38,7 +40,7 @@ pub struct Decay {
 }
 
 /// The film.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Film {
     /// The fit of `Cs` and `gp`.
     pub fit: FitResult,

@@ -5,10 +5,13 @@ mod kill;
 
 use std::time::SystemTime;
 
+use crate::app::analysis::diagnosis_answer::Asked;
 use crate::app::files::built_in;
 use crate::app::files::open::Files;
+use crate::app::kept;
 use crate::app::setup::current_setup::Setup;
 use crate::app::shell::autosave::*;
+use crate::diagnose::report::fixture;
 use crate::model::preset::Preset;
 
 /// The services behind a window that begins with a preset.
@@ -90,6 +93,26 @@ fn a_change_is_written_after_a_quiet_time_and_only_once() {
 }
 
 #[test]
+fn a_crash_keeps_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut services = services();
+    let mut autosave = Autosave::new(&services.state, Some(slot(folder.path(), Start::Files)));
+    let path = autosave.slot.as_ref().unwrap().path().to_owned();
+    let asked = Asked::of(&services.state.setup, None);
+    services.state.diagnosing.adopt(fixture::drag(), asked);
+    let begin = Instant::now();
+    assert_eq!(autosave.look(&mut services, begin, || {}), Some(QUIET_TIME));
+    autosave.look(&mut services, begin + QUIET_TIME, || {});
+    wait_until_written(&autosave);
+    // The process ends here; another window opens what is left.
+    let loaded = session::load(&path).unwrap();
+    let mut state = State::new(loaded.setup, loaded.view);
+    assert_eq!(kept::restore(&mut state, &loaded.results), None);
+    let answer = |state: &State| format!("{:?}", state.diagnosing.shown().unwrap().diagnosis);
+    assert_eq!(answer(&state), answer(&services.state));
+}
+
+#[test]
 fn what_could_not_be_written_is_tried_again() {
     let folder = tempfile::tempdir().unwrap();
     let mut services = services();
@@ -130,7 +153,9 @@ fn windows_open_at_once_have_files_of_their_own() {
         let mut autosave = Autosave::new(&services.state, None);
         autosave.save_at_exit(&services);
         assert!(!slot.path().exists(), "a window without a file writes none");
-        SessionParts::of(&services).save(slot.path()).unwrap();
+        SessionParts::of(&services)
+            .save(slot.path(), &Memo::default())
+            .unwrap();
     }
     assert_eq!(duration_in(first.slot.path()), 1.0);
     assert_eq!(duration_in(second.slot.path()), 2.0);
@@ -152,7 +177,9 @@ fn a_window_opened_with_files_leaves_the_last_session_alone() {
     let mut services = services();
     services.state.setup.duration = 3.0;
     let last = slot(folder.path(), Start::LastSession).path().to_owned();
-    SessionParts::of(&services).save(&last).unwrap();
+    SessionParts::of(&services)
+        .save(&last, &Memo::default())
+        .unwrap();
     let own = slot(folder.path(), Start::Files);
     assert_ne!(own.path(), last);
     services.state.setup.duration = 4.0;
@@ -175,7 +202,9 @@ fn the_oldest_of_very_many_sessions_is_replaced_with_a_word() {
         }
         let path = claimed.slot.path().to_owned();
         assert!(!taken.contains(&path), "{}", path.display());
-        SessionParts::of(&services).save(&path).unwrap();
+        SessionParts::of(&services)
+            .save(&path, &Memo::default())
+            .unwrap();
         let age = Duration::from_secs(3600 - taken.len() as u64);
         let file = std::fs::File::options().write(true).open(&path).unwrap();
         file.set_modified(SystemTime::now() - age).unwrap();

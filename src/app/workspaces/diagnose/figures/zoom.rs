@@ -31,10 +31,7 @@ pub fn show(ui: &mut Ui, state: &mut State, answer: &Answer) {
         ui.weak("No residuals over time are available.");
         return;
     };
-    let (Some(whole), Some(used)) = (
-        residual_strip::span(strip),
-        answer.asked.find(&strip.recording),
-    ) else {
+    let Some(whole) = residual_strip::span(strip) else {
         ui.weak("This recording was not compared.");
         return;
     };
@@ -50,8 +47,23 @@ pub fn show(ui: &mut Ui, state: &mut State, answer: &Answer) {
     });
     let room = ui.available_height() - 24.0;
     let upper = (0.38 * room).max(70.0);
-    let level = ground(state, answer, used);
-    let measured = measured(ui, level, &used.recording, window, upper);
+    let measured = match answer.asked.find(&strip.recording) {
+        Some(used) => {
+            let level = ground(state, answer, used);
+            Some(measured(ui, level, &used.recording, window, upper))
+        }
+        None => {
+            // An answer of a session, whose file is missing or has changed.
+            let text =
+                "The recording is not open, or has changed since: only its residual is shown.";
+            ui.label(small(text).color(ui.visuals().warn_fg_color));
+            None
+        }
+    };
+    if answer.is_thinned {
+        let text = "The session has not every sample of the residual. Diagnose again to see each.";
+        ui.label(small(text).weak());
+    }
     frame::legend(ui, &frame::model_entries(ui, d));
     let residual = residual(
         ui,
@@ -60,7 +72,7 @@ pub fn show(ui: &mut Ui, state: &mut State, answer: &Answer) {
         window,
         (ui.available_height() - 2.0).max(MIN_PLOT_HEIGHT),
     );
-    for response in [measured, residual] {
+    for response in measured.into_iter().chain([residual]) {
         if let Some(moved) = moved(ui, &response, window, whole) {
             state.diagnosing.look.window = moved;
         }

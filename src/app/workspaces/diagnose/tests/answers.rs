@@ -1,6 +1,7 @@
 //! What the workspace shows without an answer, and for answers written by hand.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use eframe::egui::accesskit::Role as Kind;
 use egui_kittest::kittest::Queryable;
@@ -233,6 +234,22 @@ fn an_answer_for_other_recordings_is_marked_as_old() {
     state.setup.overlays.pop();
     let harness = harness(state);
     assert!(says(&harness, "have changed since"));
+}
+
+#[test]
+fn an_answer_without_its_recordings_shows_its_residuals() {
+    let mut state = answered(fixture::drag());
+    // As after a session was opened whose files are gone.
+    state.setup.overlays.clear();
+    let answer = state.diagnosing.automatic.as_mut().unwrap();
+    let answer = Arc::make_mut(answer);
+    answer.asked.recordings.clear();
+    answer.is_thinned = true;
+    let mut harness = harness(state);
+    press(&mut harness, "Over time");
+    assert!(says(&harness, "only its residual is shown"));
+    assert!(says(&harness, "not every sample"));
+    assert!(says(&harness, "have changed since: diagnose again"));
 }
 
 #[test]

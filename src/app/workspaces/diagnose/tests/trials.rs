@@ -117,10 +117,7 @@ fn the_truth_is_hidden_until_the_envelope_is_open() {
 fn ends_without_its_recordings(mut state: State) {
     let asked = Asked::of(own_setup(&state), None);
     let sealed = state.diagnosing.trial.sealed.as_mut().unwrap();
-    sealed.own.automatic = Some(Arc::new(Answer {
-        diagnosis: fixture::drag(),
-        asked,
-    }));
+    sealed.own.automatic = Some(Arc::new(Answer::new(fixture::drag(), asked)));
     let asked = Asked::of(&state.setup, None);
     state.diagnosing.adopt(fixture::adequate(), asked);
     // Undo brings the own setup back; recordings can also be removed one by one.

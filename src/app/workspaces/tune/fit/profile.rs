@@ -1,7 +1,7 @@
 //! Profile likelihood of a parameter on request: how much worse the fit becomes if the
 //! parameter is fixed at other values and the rest is refitted.
 
-use eframe::egui::{ComboBox, Ui};
+use eframe::egui::{Button, ComboBox, Ui};
 use egui_plot::{HLine, Line, Plot, PlotPoints, Points};
 
 use super::choose::symbol;
@@ -15,7 +15,7 @@ use crate::model::unit::prefix_for;
 /// Draws the choice, and the profile that was made last.
 pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
     heading(ui, "Profile likelihood");
-    let fitting = &mut state.fitting;
+    let (setup, fitting) = (&state.setup, &mut state.fitting);
     let ids: Vec<String> = result.parameters.iter().map(|p| p.id.clone()).collect();
     let Some(first) = ids.first() else {
         return;
@@ -42,12 +42,16 @@ pub fn show(ui: &mut Ui, state: &mut State, result: &FitResult) {
         if let Some((_, job)) = &fitting.profile.job {
             ui.spinner();
             cancel_button(ui, job, "Stop and keep the points so far");
-        } else if ui
-            .button("Profile")
-            .on_hover_text("Fix it at values around the best fit and refit the others")
-            .clicked()
-        {
-            fitting.start_profile(ui.ctx());
+        } else {
+            let why_not = fitting.profile_obstacle(setup);
+            let button = ui.add_enabled(why_not.is_none(), Button::new("Profile"));
+            if button
+                .on_hover_text("Fix it at values around the best fit and refit the others")
+                .on_disabled_hover_text(why_not.unwrap_or_default())
+                .clicked()
+            {
+                fitting.start_profile(setup, ui.ctx());
+            }
         }
     });
     match &fitting.profile.result {

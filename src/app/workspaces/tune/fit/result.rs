@@ -20,6 +20,9 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if result.cancelled {
         ui.label("Cancelled: this is the best so far.");
     }
+    if let Some(differences) = state.fitting.differences(&state.setup) {
+        ui.label(small(differences).color(ui.visuals().warn_fg_color));
+    }
     apply_or_discard(ui, state);
     ui.add_space(4.0);
     values(ui, &result);

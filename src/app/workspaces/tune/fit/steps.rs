@@ -205,6 +205,9 @@ fn finding(ui: &mut Ui, state: &mut State) {
             ui.colored_label(error_color(ui), error);
         }
         Some(Ok(found)) => {
+            if let Some(differences) = state.identification.differences(step, &state.setup) {
+                ui.label(small(differences).color(ui.visuals().warn_fg_color));
+            }
             if step.finds_values() {
                 let apply = ui.button("Apply");
                 if apply
