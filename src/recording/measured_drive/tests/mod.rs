@@ -1,5 +1,7 @@
 //! Every known waveform, at every rate and noise that is asked for.
 
+mod open;
+
 use std::f64::consts::TAU;
 
 use rand::SeedableRng;
