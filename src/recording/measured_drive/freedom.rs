@@ -2,9 +2,11 @@
 //! levels within noise and rounding, its corners. Where readings of the motion are there, they
 //! decide.
 
-use super::Found;
+use super::pieces::open_turns;
 use super::samples::Samples;
 use super::thresholds::NOISE_REACH_SIGMAS;
+use super::{DriveEdge, Found};
+use crate::model::drive::Segment;
 
 /// A number that the samples do not determine completely.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,10 +19,17 @@ pub struct DriveFreedom {
     pub sigma: f64,
     /// Farthest from 0.
     pub most: f64,
+    /// The instant from which on it changes the motion \[s\]; minus infinity for all of it.
+    pub acts_from: f64,
 }
 
 /// The freedoms of what was found, in the order in which [`changed`] takes them.
-pub fn of(samples: &Samples<'_>, found: &Found) -> Vec<DriveFreedom> {
+pub fn of(
+    samples: &Samples<'_>,
+    found: &Found,
+    pieces: &[Segment],
+    edges: &[DriveEdge],
+) -> Vec<DriveFreedom> {
     let volts = |sigma: f64| {
         let rounding = samples.quantum;
         (
@@ -38,6 +47,7 @@ pub fn of(samples: &Samples<'_>, found: &Found) -> Vec<DriveFreedom> {
                 unit: "standard deviations",
                 sigma: 1.0,
                 most,
+                acts_from: f64::NEG_INFINITY,
             })
             .collect()
         }
@@ -58,12 +68,24 @@ pub fn of(samples: &Samples<'_>, found: &Found) -> Vec<DriveFreedom> {
                     unit: "",
                     sigma: stretch,
                     most: NOISE_REACH_SIGMAS * stretch,
+                    acts_from: f64::NEG_INFINITY,
                 },
                 factor,
                 offset,
             ]
         }
-        Found::Lines(_) | Found::Smooth | Found::Points => Vec::new(),
+        Found::Smooth => {
+            let open = open_turns(pieces, edges).into_iter();
+            open.map(|k| DriveFreedom {
+                name: "turn",
+                unit: "s",
+                sigma: edges[k].sigma,
+                most: edges[k].reach,
+                acts_from: edges[k].time - edges[k].reach,
+            })
+            .collect()
+        }
+        Found::Lines(_) | Found::Points => Vec::new(),
     }
 }
 
@@ -76,17 +98,19 @@ fn of_voltages(amplitude: f64, sigma: f64, most: f64) -> [DriveFreedom; 2] {
             unit: "",
             sigma: sigma / amplitude,
             most: most / amplitude,
+            acts_from: f64::NEG_INFINITY,
         },
         DriveFreedom {
             name: "offset",
             unit: "V",
             sigma,
             most,
+            acts_from: f64::NEG_INFINITY,
         },
     ]
 }
 
-/// What was found with its freedoms at `values`; `None` if it has none.
+/// What was found with its freedoms at `values`; `None` if it has none or they are its turns.
 pub fn changed(found: &Found, values: &[f64]) -> Option<Found> {
     let value = |k: usize| values.get(k).copied().unwrap_or(0.0);
     match found {

@@ -129,6 +129,7 @@ pub fn measured_drive(
         Found::Points => pieces::of_knots(span, &pieces::points(&samples)),
     };
     let text = words::describe(&samples, &found, &edges);
+    let freedoms = freedom::of(&samples, &found, &pieces, &edges);
     Ok(MeasuredDrive {
         pieces,
         edges,
@@ -136,7 +137,7 @@ pub fn measured_drive(
         text,
         command: words::command(&found),
         recognised: !matches!(found, Found::Smooth | Found::Points),
-        freedoms: freedom::of(&samples, &found),
+        freedoms,
         span,
         found,
     })
@@ -233,6 +234,9 @@ impl MeasuredDrive {
         let (pieces, edges) = match freedom::changed(&self.found, values) {
             Some(Found::Cycle(cycle)) => pieces::of_knots(self.span, &cycle.expand(self.span)),
             Some(Found::Sinusoids(sinusoids)) => pieces::of_sinusoids(self.span, &sinusoids),
+            _ if matches!(self.found, Found::Smooth) => {
+                pieces::with_turns(&self.pieces, &self.edges, values)
+            }
             _ => return self.clone(),
         };
         Self {

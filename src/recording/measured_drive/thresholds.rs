@@ -120,6 +120,16 @@ pub const ROUNDING_ERROR_REACH_SIGMAS: f64 = 2.0;
 /// which the wave uses half. Survey: the square in steps of 80 mV.
 pub const UNSEEN_DIGITISER_STEPS: f64 = 128.0;
 
+/// Most turns of a smoothed voltage that are left open, those known least: time.
+/// `the_exact_device_leaves_the_noise_under_smooth_voltages`.
+pub const MAX_OPEN_TURNS: usize = 256;
+/// A turn's pieces meet within this share of what the voltage changes within the turn's reach, or it
+/// is a jump. `a_turn_moves_and_the_voltage_stays`.
+pub const MAX_TURN_STEP_SHARE: f64 = 1.0;
+/// Standard deviations by which readings may move one of a cycle's joint changes where rounding and
+/// intervals bound them: a corner of the region that is left lies so far. Survey: odd squares.
+pub const BOUNDED_SPREAD_REACH_SIGMAS: f64 = 3.0;
+
 // Sinusoids.
 
 /// Share of half the span around the middle within which a crossing of it is not counted twice:
@@ -204,6 +214,9 @@ pub const MAX_TURN_HALF_SAMPLES: usize = 20_000;
 pub const MAX_TURN_HALF_BINS: usize = 80;
 /// Growth of the window from try to try.
 pub const TURN_WINDOW_GROWTH: f64 = 1.5;
+/// Windows by which one is shorter that shows what the longest leaves uncertain: a deviation from the
+/// polynomial is a hundred times smaller in it.
+pub const SHORTER_TURN_WINDOWS: i32 = 2;
 /// A turn whose curvature is not this many standard deviations is a level's.
 pub const MIN_TURN_CURVATURE_SIGMAS: f64 = 8.0;
 

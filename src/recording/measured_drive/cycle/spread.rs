@@ -10,12 +10,13 @@ use super::Cycle;
 use super::estimate::{Estimate, estimate};
 use super::numbers::{Numbers, STEP};
 use super::tie::{classes, common};
-use crate::recording::measured_drive::knots::Knots;
+use crate::recording::measured_drive::knots::{Knot, Knots};
 use crate::recording::measured_drive::round_number::is_two_digit_setting;
 use crate::recording::measured_drive::samples::Samples;
 use crate::recording::measured_drive::thresholds::{
-    CLOCK_INTERVALS, JUMP_RESPONSE_TIME, MAX_OPEN_DIRECTIONS, NOISE_REACH_SIGMAS, PERIOD_STEPS,
-    ROUNDING_ERROR_REACH_SIGMAS, UNNOTICED_DIRECTION_SHARE, UNSEEN_DIGITISER_STEPS,
+    BOUNDED_SPREAD_REACH_SIGMAS, CLOCK_INTERVALS, JUMP_RESPONSE_TIME, MAX_OPEN_DIRECTIONS,
+    NOISE_REACH_SIGMAS, PERIOD_STEPS, ROUNDING_ERROR_REACH_SIGMAS, UNNOTICED_DIRECTION_SHARE,
+    UNSEEN_DIGITISER_STEPS,
 };
 
 /// What is open of a cycle.
@@ -111,7 +112,11 @@ pub fn of(part: &Samples<'_>, knots: &Knots, estimate: &Estimate) -> Option<Spre
     Some(Spread {
         numbers: numbers.clone(),
         directions: order.into_iter().map(direction).collect(),
-        most: reach_sigmas(part, cycle),
+        most: if quantum_of(part, cycle) > 0.0 || cycle.knots.iter().any(Knot::jumps) {
+            BOUNDED_SPREAD_REACH_SIGMAS
+        } else {
+            NOISE_REACH_SIGMAS
+        },
     })
 }
 

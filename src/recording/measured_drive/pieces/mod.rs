@@ -2,9 +2,11 @@
 
 mod sines;
 mod smoothed;
+mod turns;
 
 pub use self::sines::of_sinusoids;
 pub use self::smoothed::smoothed;
+pub use self::turns::{open_turns, with_turns};
 use super::DriveEdge;
 use super::knots::{Knot, Knots};
 use super::samples::{Samples, Span};

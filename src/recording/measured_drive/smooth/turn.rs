@@ -6,8 +6,8 @@ use nalgebra::{DMatrix, DVector};
 use crate::recording::measured_drive::samples::Samples;
 use crate::recording::measured_drive::thresholds::{
     CHECKED_TURN_DEGREES, FIRST_TURN_HALF_SAMPLES, MAX_TURN_HALF_BINS, MAX_TURN_HALF_SAMPLES,
-    MAX_UNFOLLOWED_WINDOWS, MIN_TURN_CURVATURE_SIGMAS, SIGNIFICANT_DEGREE_SIGMAS, TURN_DEGREE,
-    TURN_WINDOW_GROWTH,
+    MAX_UNFOLLOWED_WINDOWS, MIN_TURN_CURVATURE_SIGMAS, SHORTER_TURN_WINDOWS,
+    SIGNIFICANT_DEGREE_SIGMAS, TURN_DEGREE, TURN_WINDOW_GROWTH,
 };
 
 /// Polynomials up to the highest degree.
@@ -43,9 +43,15 @@ pub fn refine_turn(
         }
         half = ((half as f64 * TURN_WINDOW_GROWTH) as usize).max(half + 1);
     }
-    // The longest knows it best, if it is a turn.
+    // The longest knows it best, if it is a turn. What it does not follow but for noise moves it by no
+    // more than it moves a far shorter one.
     let mut longest = followed.into_iter().rev();
-    longest.find_map(|half| vertex(samples, near, half))
+    let (half, (time, sigma)) =
+        longest.find_map(|half| Some((half, vertex(samples, near, half)?)))?;
+    let short = (half as f64 / TURN_WINDOW_GROWTH.powi(SHORTER_TURN_WINDOWS)) as usize;
+    let apart = vertex(samples, near, short.max(FIRST_TURN_HALF_SAMPLES))
+        .map_or(0.0, |(shorter, _)| shorter - time);
+    Some((time, sigma.hypot(apart)))
 }
 
 /// Legendre coefficients of the samples around `near`, their normal matrix's inverse, and half the

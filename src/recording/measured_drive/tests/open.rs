@@ -62,7 +62,13 @@ fn what_is_open_covers_the_truth() {
     for kind in ["ramped", "triangle"] {
         for rate in [12.5e3, 25e3, 50e3, 100e3] {
             // The last: noise in front of a coarse digitiser.
-            for error in [(1e-3, 0.0), (20e-3, 0.0), (50e-3, 0.0), (0.0, 0.08), (8e-3, 0.08)] {
+            for error in [
+                (1e-3, 0.0),
+                (20e-3, 0.0),
+                (50e-3, 0.0),
+                (0.0, 0.08),
+                (8e-3, 0.08),
+            ] {
                 let (plain, offset, begin) = drawn(&mut rng, kind);
                 let drive = |t: f64| offset + plain.voltage(t - begin);
                 let (time, volts) = sampled(drive, rate, 0.4, error, rng.random());
@@ -110,9 +116,7 @@ fn a_ramp_on_a_coarse_digitiser_is_known_between_its_steps() {
         let mut worst = 0.0f64;
         for &t in &time {
             // Away from the levels, of which the samples tell half a step.
-            if drive(t + 1e-3) != drive(t - 1e-3)
-                && (drive(t) - offset).abs() < 3.0
-            {
+            if drive(t + 1e-3) != drive(t - 1e-3) && (drive(t) - offset).abs() < 3.0 {
                 worst = worst.max((waveform.voltage(t) - drive(t)).abs());
             }
         }
