@@ -231,8 +231,14 @@ impl MeasuredDrive {
     /// The same with its freedoms at other values, as many as there are, each 0 for what was found.
     #[must_use]
     pub fn changed(&self, values: &[f64]) -> Self {
+        let first_knot = match &self.found {
+            Found::Cycle(cycle) => cycle.first_knot(self.span),
+            _ => 0,
+        };
         let (pieces, edges) = match freedom::changed(&self.found, values) {
-            Some(Found::Cycle(cycle)) => pieces::of_knots(self.span, &cycle.expand(self.span)),
+            Some(Found::Cycle(cycle)) => {
+                pieces::of_knots(self.span, &cycle.expand_from(self.span, first_knot))
+            }
             Some(Found::Sinusoids(sinusoids)) => pieces::of_sinusoids(self.span, &sinusoids),
             _ if matches!(self.found, Found::Smooth) => {
                 pieces::with_turns(&self.pieces, &self.edges, values)

@@ -127,8 +127,9 @@ pub const MAX_OPEN_TURNS: usize = 256;
 /// is a jump. `a_turn_moves_and_the_voltage_stays`.
 pub const MAX_TURN_STEP_SHARE: f64 = 1.0;
 /// Standard deviations by which readings may move one of a cycle's joint changes where rounding and
-/// intervals bound them: a corner of the region that is left lies so far. Survey: odd squares.
-pub const BOUNDED_SPREAD_REACH_SIGMAS: f64 = 3.0;
+/// intervals bound them: the region that is left is thin, and where the drive began with the first
+/// sample, the truth is in its farthest corner. Survey: odd squares.
+pub const BOUNDED_SPREAD_REACH_SIGMAS: f64 = 6.0;
 
 // Sinusoids.
 
@@ -173,7 +174,7 @@ pub const PIECES_PER_TURN: f64 = 100.0;
 /// Reversals of a smoothed voltage below this many of its standard deviations are noise: a branch
 /// chosen by noise moves the proof mass by micrometres.
 /// `turns_of_a_smooth_voltage_are_found_between_samples`.
-pub const REVERSAL_SIGMAS: f64 = 8.0;
+pub const REVERSAL_SIGMAS: f64 = 5.0;
 /// Standard deviations of the spline's turn by which a better estimate may move it, two intervals in
 /// any case: farther is another turn. The same test.
 pub const MAX_TURN_CHANGE_SIGMAS: f64 = 8.0;

@@ -199,19 +199,28 @@ impl Cycle {
         }
     }
 
+    /// Number of the first knot after the first of the samples.
+    pub fn first_knot(&self, span: Span) -> i64 {
+        // Before the first sample a jump has passed, one at the first sample too.
+        self.knot_before(span.first + CLOCK_INTERVALS * span.interval) + 1
+    }
+
     /// The knots of the samples' span.
     pub fn expand(&self, span: Span) -> Knots {
+        self.expand_from(span, self.first_knot(span))
+    }
+
+    /// The same of a cycle that was changed a little: jumps before knot number `first_knot` had passed
+    /// at the first sample.
+    pub fn expand_from(&self, span: Span, first_knot: i64) -> Knots {
         let Span {
             first,
             last,
             interval,
         } = span;
-        let count = self.knots.len();
-        let guess = ((first - self.knots[0].time) / self.step()).floor() as i64 * count as i64;
-        // Before the first sample a jump has passed, one at the first sample too.
         let fuzz = CLOCK_INTERVALS * interval;
-        let mut k = guess - count as i64 - 1;
-        while self.knot(k).time <= first + fuzz {
+        let mut k = self.first_knot(span);
+        while k < first_knot && self.knot(k).jumps() {
             k += 1;
         }
         let end = |a: Knot, b: Knot, time: f64| {
