@@ -10,6 +10,7 @@ use crate::app::analysis::sealed_trial::{Draw, Guess, Level, Suspended, Tally, T
 use crate::app::files::built_in;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_text::{DriveEntry, OwnDriveEntry};
+use crate::app::setup::kept_curve::KeptCurve;
 use crate::app::setup::overlay::{Estimates, Overlay, OverlayId, Role};
 use crate::model::preset::Preset;
 use crate::recording::Recording;
@@ -87,6 +88,8 @@ pub(super) struct StoredSetup {
     duration: f64,
     locked: BTreeSet<String>,
     recordings: Vec<StoredOverlay>,
+    #[serde(default)]
+    kept: Vec<KeptCurve>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -120,6 +123,7 @@ impl StoredSetup {
             duration: setup.duration,
             locked: setup.locked.clone(),
             recordings: setup.overlays.iter().map(overlay).collect(),
+            kept: setup.kept.clone(),
         }
     }
 
@@ -152,7 +156,7 @@ impl StoredSetup {
             duration,
             locked: self.locked,
             overlays: recordings.collect::<Option<_>>()?,
-            kept: Vec::new(),
+            kept: self.kept,
         })
     }
 }

@@ -6,8 +6,8 @@ use crate::model::Model;
 
 /// Most rounds of linearized improvement.
 const MAX_ROUNDS: usize = 8;
-/// Shares of a step that are tried: impacts bend the way.
-const STEP_SHARES: [f64; 4] = [1.0, 0.5, 0.2, 0.05];
+/// Dampings of Levenberg and Marquardt that are tried, in this order: impacts bend the way.
+const DAMPINGS: [f64; 6] = [0.0, 0.03, 0.3, 3.0, 30.0, 300.0];
 /// A fall of the residual by less than this share ends the rounds.
 const CONVERGED_SHARE: f64 = 1e-4;
 
@@ -54,9 +54,6 @@ pub fn improve(
         experiment,
         result,
     };
-    let Some(priors) = best.experiment.priors else {
-        return Ok(Some(best));
-    };
     for _ in 0..MAX_ROUNDS {
         let mut changed = Vec::with_capacity(numbers.len());
         for (k, number) in numbers.iter().enumerate() {
@@ -83,12 +80,11 @@ pub fn improve(
                 sigma: number.sigma,
                 most: number.most,
                 value: *value,
+                window: (f64::NEG_INFINITY, f64::INFINITY),
             })
             .collect();
-        let trace = &best.result.trace;
-        let (_, found) = estimate_with_runs(&best.experiment, trace, &priors, &columns);
         let before = best.result.proof_mass.rms;
-        let Some(better) = shorter_steps(&found, &best, at, model, go_on)? else {
+        let Some(better) = damped_step(&columns, &best, at, model, go_on)? else {
             break;
         };
         best = better;
@@ -99,20 +95,21 @@ pub fn improve(
     Ok(Some(best))
 }
 
-/// The first of ever shorter steps towards `found` by which the residual falls; `None` if there is
-/// none or `go_on` said no.
-fn shorter_steps(
-    found: &[f64],
+/// The first of ever more damped steps by which the residual falls; `None` if there is none or `go_on`
+/// said no.
+fn damped_step(
+    columns: &[RunColumn<'_>],
     best: &Improved,
     at: &impl Fn(&[f64]) -> Experiment,
     model: &Model,
     go_on: &(impl Fn() -> bool + Sync),
 ) -> Result<Option<Improved>, ExperimentError> {
-    for share in STEP_SHARES {
-        let toward = found.iter().zip(&best.values);
-        let values: Vec<f64> = toward
-            .map(|(to, from)| from + share * (to - from))
-            .collect();
+    let Some(priors) = best.experiment.priors else {
+        return Ok(None);
+    };
+    for damping in DAMPINGS {
+        let trace = &best.result.trace;
+        let (_, values) = estimate_with_runs(&best.experiment, trace, &priors, columns, damping);
         let experiment = at(&values);
         let Some(result) = experiment.run(model, go_on)? else {
             return Ok(None);

@@ -60,6 +60,9 @@ pub struct RunColumn<'a> {
     pub most: f64,
     /// Its present value.
     pub value: f64,
+    /// From when to when it is what makes `changed` differ \[s\], by the recording's clock: a run may
+    /// have several numbers changed, far apart.
+    pub window: (f64, f64),
 }
 
 /// The alignment of an experiment's readings to `trace` that leaves least, within the priors.
@@ -69,16 +72,18 @@ pub fn estimate_instrument(
     trace: &Trace,
     priors: &InstrumentPriors,
 ) -> Alignment {
-    estimate_with_runs(experiment, trace, priors, &[]).0
+    estimate_with_runs(experiment, trace, priors, &[], 0.0).0
 }
 
-/// The same together with numbers that the run depends on: also their new values.
+/// The same together with numbers that the run depends on: also their new values. Levenberg's and
+/// Marquardt's `damping` keeps these near their present ones: 0 not at all, 1 halfway.
 #[must_use]
 pub fn estimate_with_runs(
     experiment: &Experiment,
     trace: &Trace,
     priors: &InstrumentPriors,
     columns: &[RunColumn<'_>],
+    damping: f64,
 ) -> (Alignment, Vec<f64>) {
     let start = experiment.alignment;
     let bounds = Bounds::new(experiment, priors);
@@ -94,6 +99,8 @@ pub fn estimate_with_runs(
         }
         for (k, column) in columns.iter().enumerate() {
             let k = INSTRUMENT_COUNT + k;
+            right[k] -= damping * normal[(k, k)] * p[k];
+            normal[(k, k)] *= 1.0 + damping;
             let weight = column.sigma.max(1e-300).powi(-2);
             normal[(k, k)] += weight;
             right[k] -= (p[k] + column.value) * weight;
@@ -195,19 +202,23 @@ fn normal_equations(
         .map(|c| TraceCursor::new(c.changed))
         .collect();
     let mut row = vec![0.0; count];
-    let mut moved = vec![None; columns.len()];
+    let mut moved: Vec<Option<Option<Reading>>> = vec![None; columns.len()];
     for i in (0..recording.len()).step_by(stride) {
         let t = alignment.time(recording.time[i]);
         let Some(reading) = cursor.at(t) else {
             continue;
         };
-        for (slot, other) in moved.iter_mut().zip(&mut others) {
-            *slot = other.at(t);
+        let open = columns.iter().map(|c| t >= c.window.0 && t < c.window.1);
+        for ((slot, other), open) in moved.iter_mut().zip(&mut others).zip(open) {
+            *slot = open.then(|| other.at(t));
         }
         let mut add = |row: &mut [f64], x: fn(&Reading) -> f64, measured: f64, weight: f64| {
             let mut off = x(&reading) - measured;
             for (k, (column, moved)) in columns.iter().zip(&moved).enumerate() {
-                let change = moved.as_ref().map_or(f64::NAN, x) - x(&reading);
+                let change = match moved {
+                    None => 0.0,
+                    Some(moved) => moved.as_ref().map_or(f64::NAN, x) - x(&reading),
+                };
                 row[INSTRUMENT_COUNT + k] = change / column.step;
                 off += row[INSTRUMENT_COUNT + k] * p[INSTRUMENT_COUNT + k];
             }

@@ -2,10 +2,8 @@
 
 use super::lines::{Line, Lines, Node};
 use super::round_number::round_between;
-use super::samples::{CLOCK_INTERVALS, Samples};
-
-/// Standard deviations within which a value is taken for a round one.
-pub const ROUNDING_SIGMAS: f64 = 3.0;
+use super::samples::Samples;
+use super::thresholds::{CLOCK_INTERVALS, ROUNDING_SIGMAS};
 
 /// A corner or a jump.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,11 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::samples::Samples;
-
-/// Most steps.
-const MAX_STEPS: usize = 30;
-/// A step below this many standard deviations of every parameter is the last.
-const CONVERGED_SIGMAS: f64 = 1e-3;
+use super::thresholds::{CONVERGED_STEP_SIGMAS, MAX_GAUSS_NEWTON_STEPS};
 
 /// Parameters fitted to samples.
 #[derive(Debug, Clone)]
@@ -31,7 +27,7 @@ pub fn fit_curve(
 ) -> Option<CurveFit> {
     let n = start.len();
     let mut parameters = start.to_vec();
-    for _ in 0..MAX_STEPS {
+    for _ in 0..MAX_GAUSS_NEWTON_STEPS {
         let mut normal = DMatrix::<f64>::zeros(n, n);
         let mut right = DVector::<f64>::zeros(n);
         let mut count = 0usize;
@@ -64,7 +60,7 @@ pub fn fit_curve(
         // Thinned samples stand for all.
         let share = count as f64 / samples.len() as f64;
         let sigma = |k: usize| samples.sigma * (inverse[(k, k)] * share).sqrt();
-        let small = (0..n).all(|k| step[k].abs() <= CONVERGED_SIGMAS * sigma(k));
+        let small = (0..n).all(|k| step[k].abs() <= CONVERGED_STEP_SIGMAS * sigma(k));
         for k in 0..n {
             parameters[k] += step[k] * scales[k];
         }

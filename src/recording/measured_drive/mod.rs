@@ -21,25 +21,24 @@ mod sinusoid;
 mod smooth;
 #[cfg(test)]
 mod tests;
+mod thresholds;
 mod words;
 
 use std::sync::Arc;
 
-use self::cycle::{Cycle, find_cycle};
+use self::cycle::{Cycle, cycle_of};
 pub use self::freedom::DriveFreedom;
 use self::knots::Knots;
 use self::lines::{Lines, find_lines};
-use self::samples::{MAX_FIT_SAMPLES, Samples, Span};
+use self::samples::{Samples, Span};
 use self::sinusoid::{Sinusoids, find_sinusoids};
+use self::thresholds::{FIRST_LINE_SAMPLES, MAX_FIT_SAMPLES};
 pub use crate::model::drive::DriveReading;
 use crate::model::drive::{DriveError, MeasuredVoltage, Segment, VoltageTable, Waveform};
 
 /// A table of fewer samples than this is somebody's list of points, not a recording of a
 /// digitiser: straight lines join them.
 pub const MIN_MEASURED_SAMPLES: usize = 64;
-
-/// Samples of a long voltage that are looked at first.
-const FIRST_SAMPLES: usize = 1 << 14;
 
 /// An instant at which the drive's force jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,6 +120,7 @@ pub fn measured_drive(
     let found = match reading {
         DriveReading::PointByPoint => Found::Points,
         _ if samples.len() < MIN_MEASURED_SAMPLES => Found::Points,
+        DriveReading::Recognised if !samples.are_of_a_digitiser() => Found::Points,
         DriveReading::Smoothed => Found::Smooth,
         DriveReading::Recognised => recognise(&samples),
     };
@@ -133,6 +133,7 @@ pub fn measured_drive(
         Found::Points | Found::Chosen(_) => pieces::of_knots(span, &pieces::points(&samples)),
     };
     let text = words::describe(&samples, &found, &edges);
+    let freedoms = freedom::of(&samples, &found, &pieces, &edges);
     Ok(MeasuredDrive {
         pieces,
         edges,
@@ -140,7 +141,7 @@ pub fn measured_drive(
         text,
         command: words::command(&found),
         recognised: !matches!(found, Found::Smooth | Found::Points),
-        freedoms: freedom::of(&samples, &found),
+        freedoms,
         span,
         found,
     })
@@ -157,14 +158,15 @@ fn recognise(samples: &Samples<'_>) -> Found {
     let Some(lines) = lines else {
         return find_sinusoids(samples).map_or(Found::Smooth, Found::Sinusoids);
     };
-    if let Some(cycle) = cycle_of(samples, samples, &lines) {
+    if let Some(cycle) = cycle_of(samples, samples, &Knots::of(samples, &lines)) {
         return Found::Cycle(cycle);
     }
     // A first or last line of few samples is not seen well; what the others repeat says what it is.
     let (from, to) = inner_samples(samples, &lines);
     if (from, to) != (0, samples.len()) {
         let inner = samples.part(from, to);
-        let cycle = find_lines(&inner).and_then(|lines| cycle_of(samples, &inner, &lines));
+        let cycle = find_lines(&inner)
+            .and_then(|lines| cycle_of(samples, &inner, &Knots::of(&inner, &lines)));
         if let Some(cycle) = cycle {
             return Found::Cycle(cycle);
         }
@@ -179,17 +181,8 @@ fn recognise(samples: &Samples<'_>) -> Found {
 
 /// Whether the first samples of a long voltage are lines: a smooth one is not cut into many.
 fn are_likely_lines(samples: &Samples<'_>) -> bool {
-    samples.len() <= 2 * FIRST_SAMPLES || find_lines(&samples.part(0, FIRST_SAMPLES)).is_some()
-}
-
-/// The cycle that the lines through `part` are, if it is all there is in `samples`.
-fn cycle_of(samples: &Samples<'_>, part: &Samples<'_>, lines: &Lines) -> Option<Cycle> {
-    let knots = Knots::of(part, lines);
-    let cycle = find_cycle(part, &knots)?;
-    let rounded = cycle.rounded(samples.time[0], part, &knots);
-    [rounded, cycle]
-        .into_iter()
-        .find(|candidate| candidate.expand(samples.in_time()).are_all_of(samples))
+    samples.len() <= 2 * FIRST_LINE_SAMPLES
+        || find_lines(&samples.part(0, FIRST_LINE_SAMPLES)).is_some()
 }
 
 /// The range of samples without the first and the last line.
@@ -243,9 +236,18 @@ impl MeasuredDrive {
     /// The same with its freedoms at other values, as many as there are, each 0 for what was found.
     #[must_use]
     pub fn changed(&self, values: &[f64]) -> Self {
+        let first_knot = match &self.found {
+            Found::Cycle(cycle) => cycle.first_knot(self.span),
+            _ => 0,
+        };
         let (pieces, edges) = match freedom::changed(&self.found, values) {
-            Some(Found::Cycle(cycle)) => pieces::of_knots(self.span, &cycle.expand(self.span)),
+            Some(Found::Cycle(cycle)) => {
+                pieces::of_knots(self.span, &cycle.expand_from(self.span, first_knot))
+            }
             Some(Found::Sinusoids(sinusoids)) => pieces::of_sinusoids(self.span, &sinusoids),
+            _ if matches!(self.found, Found::Smooth) => {
+                pieces::with_turns(&self.pieces, &self.edges, values)
+            }
             _ => return self.clone(),
         };
         Self {

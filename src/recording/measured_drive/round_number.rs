@@ -4,9 +4,7 @@
 //! in it is so round that it would hardly lie there by accident, it is the better estimate; where
 //! none is, nothing is lost.
 
-/// Greatest share of an interval of the numbers as round that the bounds may cover: a number that
-/// round lies in them by accident that often.
-const MAX_ACCIDENT: f64 = 0.04;
+use super::thresholds::MAX_ACCIDENT_SHARE;
 
 /// The roundest number between `low` and `high`, if its being there is no accident. Round are
 /// multiples of 1, 2 or 5 times a power of ten; zero is the roundest of all.
@@ -36,7 +34,7 @@ pub fn round_between(low: f64, high: f64) -> Option<f64> {
                 }
             };
             let step = multiple(1.0);
-            if high - low > MAX_ACCIDENT * step {
+            if high - low > MAX_ACCIDENT_SHARE * step {
                 return None;
             }
             let middle = 0.5 * (low + high);
@@ -47,6 +45,12 @@ pub fn round_between(low: f64, high: f64) -> Option<f64> {
         }
     }
     None
+}
+
+/// Whether a voltage is one of two digits, as people set them.
+pub fn is_two_digit_setting(voltage: f64) -> bool {
+    let two_digits: f64 = format!("{voltage:.1e}").parse().unwrap_or(f64::NAN);
+    (two_digits - voltage).abs() < 1e-6 * voltage.abs()
 }
 
 #[cfg(test)]

@@ -1,25 +1,13 @@
 //! The samples of a measured voltage, their error, and the test that a curve is all there is in them.
 
+use super::thresholds::{
+    BLOCK_SAMPLES, MAX_BLOCK_EXCESS_SIGMAS, MAX_DIGITISER_ERROR_SHARE, MAX_UNEVEN_SHARE,
+    MIN_ERROR_SHARE, NOISE_ESTIMATE_ERROR_SHARE, SINGLE_SAMPLE_MARGIN_SIGMAS,
+    UNEVEN_INTERVAL_SHARE,
+};
 use crate::recording::grid::TimeAxis;
 use crate::recording::noise::estimate_noise;
 use crate::recording::statistics::{extremes, median_interval};
-
-/// Sampling intervals by which the times of samples may be off: rounding. A jump so near to a
-/// sample lies before or after it.
-pub const CLOCK_INTERVALS: f64 = 1e-4;
-/// Smallest error of a sample, as a share of the voltage's span: where a file has no noise at all,
-/// rounding in sums and text must not count as a misfit.
-const MIN_ERROR_SHARE: f64 = 1e-7;
-/// Most samples that a least-squares fit of a few numbers uses.
-pub const MAX_FIT_SAMPLES: usize = 200_000;
-/// Samples in a block of the test for what a curve leaves.
-const BLOCK_SAMPLES: usize = 64;
-/// Standard deviations by which the blocks' mean square may exceed its expectation.
-const MAX_BLOCK_EXCESS: f64 = 5.0;
-/// Extra standard deviations of a single sample beyond the largest expected of so many.
-const SINGLE_SAMPLE_MARGIN: f64 = 1.5;
-/// By how much the error of a sample, known from the samples alone, may be wrong.
-const NOISE_ESTIMATE_ERROR: f64 = 0.15;
 
 /// A measured voltage.
 #[derive(Debug, Clone, Copy)]
@@ -69,6 +57,16 @@ impl<'a> Samples<'a> {
         }
     }
 
+    /// Whether a digitiser may have taken them: at even times, most of them, and so near together that
+    /// their error is small against their span. Corners that somebody typed are neither.
+    pub fn are_of_a_digitiser(&self) -> bool {
+        let intervals = self.time.windows(2).map(|pair| pair[1] - pair[0]);
+        let off = |dt: &f64| (dt - self.interval).abs() > UNEVEN_INTERVAL_SHARE * self.interval;
+        let uneven = intervals.filter(off).count();
+        uneven as f64 <= MAX_UNEVEN_SHARE * self.len() as f64
+            && (self.quantum > 0.0 || self.sigma <= MAX_DIGITISER_ERROR_SHARE * self.span())
+    }
+
     /// Their first and last time and interval.
     pub fn in_time(&self) -> Span {
         Span {
@@ -110,7 +108,7 @@ impl<'a> Samples<'a> {
 
     /// Largest deviation of a sample from the true voltage that noise and rounding explain \[V\].
     pub fn reach(&self) -> f64 {
-        let largest = (2.0 * (self.len().max(2) as f64).ln()).sqrt() + SINGLE_SAMPLE_MARGIN;
+        let largest = (2.0 * (self.len().max(2) as f64).ln()).sqrt() + SINGLE_SAMPLE_MARGIN_SIGMAS;
         if self.quantum > 0.0 {
             // Rounding alone reaches half a step; the noise below it is not known, but is
             // less than the step.
@@ -151,8 +149,8 @@ impl<'a> Samples<'a> {
                 sum_squares += mean * mean;
             }
         }
-        let allowed = (1.0 + NOISE_ESTIMATE_ERROR).powi(2)
-            * (blocks + MAX_BLOCK_EXCESS * (2.0f64 * blocks).sqrt());
+        let allowed = (1.0 + NOISE_ESTIMATE_ERROR_SHARE).powi(2)
+            * (blocks + MAX_BLOCK_EXCESS_SIGMAS * (2.0f64 * blocks).sqrt());
         self.quantum > 0.0 || blocks == 0.0 || sum_squares <= allowed
     }
 }

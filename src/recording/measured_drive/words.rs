@@ -4,6 +4,7 @@ use super::cycle::Cycle;
 use super::knots::Knots;
 use super::samples::Samples;
 use super::sinusoid::{Sinusoids, begin};
+use super::thresholds::MIN_SAID_NOISE_SHARE;
 use super::{DriveEdge, Found};
 use crate::model::unit::{counted, format_quantity};
 
@@ -11,8 +12,6 @@ use crate::model::unit::{counted, format_quantity};
 const SETTING_DIGITS: usize = 6;
 /// Digits of an uncertainty.
 const ERROR_DIGITS: usize = 2;
-/// Noise below this share of the span is not worth a word.
-const MIN_SAID_NOISE_SHARE: f64 = 1e-6;
 
 /// The plain waveforms that have a name.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -10,22 +10,11 @@ use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
 use super::samples::Samples;
+use super::thresholds::{
+    BEND_GROUP_INTERVALS, FIRST_SPLINE_INTERVALS, FOLLOWED_PARTS, MAX_BEND_EXCESS_SIGMAS,
+    MAX_SPLINE_EXCESS_SIGMAS, MIN_SAMPLES_PER_SPLINE_INTERVAL, TRIED_SPLINE_SAMPLES,
+};
 use crate::model::drive::Shape;
-
-/// Fewest samples between two knots.
-const MIN_SAMPLES_PER_INTERVAL: usize = 2;
-/// Samples of a long voltage on which the size of intervals is tried.
-const TRIED_SAMPLES: usize = 1 << 14;
-/// Intervals at the start.
-const FIRST_INTERVALS: usize = 8;
-/// Standard deviations by which an interval's mean square may exceed its expectation.
-const MAX_EXCESS: f64 = 4.0;
-/// Neighbouring intervals whose bends are judged together.
-const GROUP: usize = 8;
-/// Standard deviations by which their mean square may exceed its expectation.
-const MAX_BEND_EXCESS: f64 = 2.5;
-/// Parts of an interval of which each must be followed in the mean.
-const PARTS: usize = 4;
 
 /// A cubic between two times.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,12 +33,12 @@ pub struct Cubic {
 pub fn smooth(samples: &Samples<'_>) -> Vec<Cubic> {
     let n = samples.len();
     // A long voltage begins with intervals as its first samples need.
-    let mut count = FIRST_INTERVALS;
-    if n > 4 * TRIED_SAMPLES {
-        let tried = smooth(&samples.part(0, TRIED_SAMPLES)).len();
-        count = count.max(n / (2 * TRIED_SAMPLES / tried.max(1)).max(1));
+    let mut count = FIRST_SPLINE_INTERVALS;
+    if n > 4 * TRIED_SPLINE_SAMPLES {
+        let tried = smooth(&samples.part(0, TRIED_SPLINE_SAMPLES)).len();
+        count = count.max(n / (2 * TRIED_SPLINE_SAMPLES / tried.max(1)).max(1));
     }
-    count = count.min(n / (2 * MIN_SAMPLES_PER_INTERVAL)).max(1);
+    count = count.min(n / (2 * MIN_SAMPLES_PER_SPLINE_INTERVAL)).max(1);
     if n < 5 {
         return straight(samples);
     }
@@ -105,11 +94,12 @@ fn split(samples: &Samples<'_>, knots: &[usize], cubics: &[Cubic]) -> Vec<bool> 
     pairs()
         .enumerate()
         .map(|(k, (pair, cubic))| {
-            let group = k.saturating_sub(GROUP / 2)..(k + GROUP / 2).min(bends.len());
+            let group = k.saturating_sub(BEND_GROUP_INTERVALS / 2)
+                ..(k + BEND_GROUP_INTERVALS / 2).min(bends.len());
             let count = group.len() as f64;
             let mean = bends[group].iter().sum::<f64>() / count;
-            let stiff = mean > 1.0 + MAX_BEND_EXCESS * (2.0 / count).sqrt();
-            pair[1] - pair[0] >= 2 * MIN_SAMPLES_PER_INTERVAL
+            let stiff = mean > 1.0 + MAX_BEND_EXCESS_SIGMAS * (2.0 / count).sqrt();
+            pair[1] - pair[0] >= 2 * MIN_SAMPLES_PER_SPLINE_INTERVAL
                 && (stiff || !follows(samples, cubic, pair[0], pair[1]))
         })
         .collect()
@@ -150,7 +140,7 @@ impl Moments {
 /// Whether a cubic is all there is in the samples `from..to`.
 fn follows(samples: &Samples<'_>, cubic: &Cubic, from: usize, to: usize) -> bool {
     let reach = samples.reach();
-    let size = (to - from).div_ceil(PARTS).max(1);
+    let size = (to - from).div_ceil(FOLLOWED_PARTS).max(1);
     let mut start = from;
     while start < to {
         let end = (start + size).min(to);
@@ -164,8 +154,10 @@ fn follows(samples: &Samples<'_>, cubic: &Cubic, from: usize, to: usize) -> bool
             squares += off * off;
         }
         let n = (end - start) as f64;
-        let mean_limit = MAX_EXCESS * samples.sigma / n.sqrt() + 0.5 * samples.quantum;
-        let square_limit = samples.sigma * samples.sigma * (n + MAX_EXCESS * (2.0 * n).sqrt());
+        let mean_limit =
+            MAX_SPLINE_EXCESS_SIGMAS * samples.sigma / n.sqrt() + 0.5 * samples.quantum;
+        let square_limit =
+            samples.sigma * samples.sigma * (n + MAX_SPLINE_EXCESS_SIGMAS * (2.0 * n).sqrt());
         if sum.abs() / n > mean_limit || (samples.quantum == 0.0 && squares > square_limit) {
             return false;
         }

@@ -1,8 +1,10 @@
 //! Every known waveform, at every rate and noise that is asked for.
 
+mod open;
+
 use std::f64::consts::TAU;
 
-use rand::SeedableRng;
+use rand::{RngExt as _, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
@@ -333,6 +335,42 @@ fn time_of_ten_million_samples() {
                 started.elapsed().as_secs_f64(),
                 found.text
             );
+        }
+    }
+}
+
+#[test]
+fn corners_that_somebody_typed_are_joined_by_straight_lines() {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    for count in [64, 82, 120, 300] {
+        for uneven in [false, true] {
+            let mut at = 0.0;
+            let mut time = Vec::new();
+            for k in 0..count {
+                time.push(at);
+                at = if uneven {
+                    at + 1e-4 + 2e-3 * rng.random::<f64>()
+                } else {
+                    1e-3 * f64::from(k + 1)
+                };
+            }
+            let volts: Vec<f64> = time
+                .iter()
+                .map(|_| 16.0 * rng.random::<f64>() - 8.0)
+                .collect();
+            let drive = measured_drive("x", &time, &volts, DriveReading::Recognised).unwrap();
+            let waveform = drive.waveform("x", 0.0);
+            for (t, v) in time.windows(2).zip(volts.windows(2)) {
+                for share in [0.0, 0.3, 0.5, 0.9] {
+                    let (t, v) = (t[0] + share * (t[1] - t[0]), v[0] + share * (v[1] - v[0]));
+                    let off = waveform.voltage(t) - v;
+                    assert!(
+                        off.abs() < 1e-9,
+                        "{count} {uneven}: {off} V at {t}: {}",
+                        drive.text
+                    );
+                }
+            }
         }
     }
 }
