@@ -138,16 +138,19 @@ impl Search<'_> {
         let law = |soft: f64| Law::Cell { half, soft };
         let mut soft = half / FIRST_SOFTNESS;
         let mut best = self.likeliest(start, law(soft))?;
+        let mut sigma = self.sigma_on_slopes(&best.1).unwrap_or(0.0);
         for _ in 0..MAX_HARDENINGS {
-            if soft <= self.sigma_on_slopes(&best.1).unwrap_or(0.0) {
+            if soft <= sigma {
                 break;
             }
             soft *= 0.5;
             let next = self.likeliest(&best.0, law(soft))?;
-            if next.1.log < best.1.log - NOISE_SHOWN_LOG_LIKELIHOOD {
+            let sharper = self.sigma_on_slopes(&next.1).unwrap_or(0.0);
+            // Where no sample comes near a wall, harder walls say less.
+            if next.1.log < best.1.log - NOISE_SHOWN_LOG_LIKELIHOOD || sharper > sigma {
                 break;
             }
-            best = next;
+            (best, sigma) = (next, sharper);
         }
         Some(best)
     }
@@ -218,6 +221,7 @@ impl Estimate {
         }
         all[k] = change;
         given.cycle = self.numbers.moved(&self.cycle, &all);
+        self.numbers.set_voltage(&mut given.cycle, k, value);
         given.free[k] = false;
         if given.cycle.is_ordered() {
             given

@@ -85,6 +85,21 @@ impl Cycle {
         }
     }
 
+    /// The same, its bounds as wide as what is open of the whole cycle makes them.
+    fn bounded_knot(&self, k: i64) -> Knot {
+        let count = self.knots.len() as i64;
+        let mut knot = self.knot(k);
+        if let Some(spread) = &self.spread
+            && !(knot.jumps() && spread.is_period_set)
+        {
+            let turn = k.div_euclid(count) as f64;
+            let reach = spread.reach_at(k.rem_euclid(count) as usize, turn);
+            knot.bounds.0 = knot.bounds.0.min(knot.time - reach);
+            knot.bounds.1 = knot.bounds.1.max(knot.time + reach);
+        }
+        knot
+    }
+
     /// Makes a line that rises by no more than its error a level.
     fn level(&mut self) {
         let count = self.knots.len();
@@ -240,7 +255,7 @@ impl Cycle {
         let mut knots = vec![end(self.knot(k - 1), self.knot(k), first)];
         // A jump at the last sample may show in it.
         while self.knot(k).time <= last + fuzz {
-            let knot = self.knot(k);
+            let knot = self.bounded_knot(k);
             knots.push(Knot {
                 time: knot.time.min(last),
                 ..knot

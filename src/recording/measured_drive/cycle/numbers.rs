@@ -136,6 +136,22 @@ impl Numbers {
         moved
     }
 
+    /// Gives a voltage to the last bit: a sum with its change is off by one.
+    pub fn set_voltage(&self, cycle: &mut Cycle, k: usize, value: f64) {
+        if Some(k) == self.offset() {
+            cycle.offset = value;
+        }
+        for (knot, groups) in cycle.knots.iter_mut().zip(&self.groups) {
+            for (group, volts) in groups.iter().zip([&mut knot.before, &mut knot.after]) {
+                if let Some((group, sign)) = group
+                    && self.first_voltage() + group == k
+                {
+                    *volts = sign * value;
+                }
+            }
+        }
+    }
+
     /// The voltage at `t` between knot `k` of `cycle`, which is `a`, and the next, `b`.
     pub fn dependence(&self, k: i64, a: &Knot, b: &Knot, t: f64) -> Dependence {
         let share = ((t - a.time) / (b.time - a.time)).clamp(0.0, 1.0);

@@ -68,6 +68,9 @@ fn round_frequency(set: &mut Estimate, part: &Samples<'_>, knots: &Knots) {
     }
     if cycle.is_ordered() {
         set.cycle = cycle;
+        if let Some(spread) = &mut set.cycle.spread {
+            spread.is_period_set = true;
+        }
     }
 }
 

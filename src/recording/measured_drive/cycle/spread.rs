@@ -28,9 +28,20 @@ pub struct Spread {
     pub directions: Vec<Vec<f64>>,
     /// Most standard deviations by which each may be off.
     pub most: f64,
+    /// Whether the period is a setting, which bounds jumps more closely than the directions say.
+    pub is_period_set: bool,
 }
 
 impl Spread {
+    /// How far knot `j` in repetition `turn` may be from its instant, its voltages and the period off
+    /// with it \[s\].
+    pub fn reach_at(&self, j: usize, turn: f64) -> f64 {
+        let far = turn - self.numbers.turn();
+        let off = |d: &Vec<f64>| d[self.numbers.time(j)] + far * d[STEP];
+        let squares: f64 = self.directions.iter().map(|d| off(d).powi(2)).sum();
+        self.most.min(NOISE_REACH_SIGMAS) * squares.sqrt()
+    }
+
     /// The change of all numbers by so many standard deviations of each direction.
     pub fn change(&self, values: &[f64]) -> Vec<f64> {
         let mut all = vec![0.0; self.numbers.len()];
@@ -112,6 +123,7 @@ pub fn of(part: &Samples<'_>, knots: &Knots, estimate: &Estimate) -> Option<Spre
     Some(Spread {
         numbers: numbers.clone(),
         directions: order.into_iter().map(direction).collect(),
+        is_period_set: false,
         most: if quantum_of(part, cycle) > 0.0 || cycle.knots.iter().any(Knot::jumps) {
             BOUNDED_SPREAD_REACH_SIGMAS
         } else {
