@@ -6,7 +6,6 @@ pub(super) mod diagnosis_answer;
 pub mod diagnosis_view;
 pub mod fit;
 pub mod identification;
-pub mod identification_course;
 pub mod job;
 pub(super) mod origin;
 pub(super) mod recording_noise;

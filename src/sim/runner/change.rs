@@ -1,6 +1,6 @@
 //! Changes during a run: of the model, the drive and the longest step.
 
-use super::budget::Pace;
+use super::pace::Pace;
 use super::{Phase, Runner};
 use crate::model::Model;
 use crate::model::drive::Waveform;

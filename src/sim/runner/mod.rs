@@ -6,8 +6,9 @@ mod contact;
 mod coordinates;
 mod emit;
 mod motion;
+mod pace;
 
-use self::budget::Pace;
+use self::pace::Pace;
 use super::device::{Device, dot};
 use super::error::{Options, SimError};
 use super::output::{FastModes, SampleRange};

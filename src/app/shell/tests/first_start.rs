@@ -10,7 +10,7 @@ use egui_kittest::kittest::Queryable;
 
 use super::super::window::Shell;
 use super::{harness, preset, wait};
-use crate::app::analysis::identification_course::Course;
+use crate::app::analysis::identification::Course;
 use crate::app::files::built_in;
 use crate::app::setup::command::Command;
 use crate::app::state::State;

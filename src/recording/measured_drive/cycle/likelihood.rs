@@ -6,8 +6,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Cycle;
-use super::numbers::{Dependence, Numbers};
+use super::numbers::Dependence;
+use super::open_numbers::Numbers;
+use super::waveform::Cycle;
 use crate::recording::measured_drive::samples::Samples;
 use crate::recording::measured_drive::thresholds::{
     CLOCK_INTERVALS, MAX_FIT_SAMPLES, MAX_PICKED_ON_SLOPES,
@@ -171,7 +172,7 @@ pub fn likelihood(
             && dependence
                 .entries()
                 .iter()
-                .any(|e| e.0 == super::numbers::STEP)
+                .any(|e| e.0 == super::open_numbers::STEP)
         {
             all.on_slopes.push(dependence);
         }

@@ -5,29 +5,13 @@
 //! of a period is the first turned over; and the voltages of knots. Voltages that are equal by the
 //! shape of the waveform (the two ends of a level, the two sides of a corner) are one number.
 
-use super::{Cycle, Knot};
+use super::open_numbers::{Numbers, STEP};
+use super::waveform::Cycle;
+use crate::recording::measured_drive::knots::Knot;
 
 /// Most numbers that the voltage between two knots depends on: step, two times, offset, two
 /// voltages.
 const MOST_NUMBERS_OF_LINE: usize = 6;
-/// Index of the time from one repetition to the next.
-pub const STEP: usize = 0;
-
-/// Which number is what.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Numbers {
-    /// Knots of a repetition.
-    knots: usize,
-    mirrored: bool,
-    /// Number of the group of equal voltages, and its sign, of each knot's voltage before and after;
-    /// `None` for zero.
-    groups: Vec<[Option<(usize, f64)>; 2]>,
-    /// Voltages that are free.
-    voltages: usize,
-    /// Repetition in which the knots' instants count.
-    turn: f64,
-}
-
 /// A voltage and how it changes with the numbers (a number may come twice).
 #[derive(Debug, Clone, Copy)]
 pub struct Dependence {
@@ -63,35 +47,6 @@ impl Numbers {
             voltages,
             turn: ((middle - cycle.knots[0].time) / cycle.step()).round(),
         }
-    }
-
-    /// How many there are.
-    pub fn len(&self) -> usize {
-        self.first_voltage() + self.voltages
-    }
-
-    /// Index of the instant of knot `j`.
-    pub fn time(&self, j: usize) -> usize {
-        1 + j
-    }
-
-    /// Index of the offset, if there is one.
-    pub fn offset(&self) -> Option<usize> {
-        self.mirrored.then_some(1 + self.knots)
-    }
-
-    fn first_voltage(&self) -> usize {
-        1 + self.knots + usize::from(self.mirrored)
-    }
-
-    /// Indices of the offset and the voltages.
-    pub fn voltages(&self) -> std::ops::Range<usize> {
-        1 + self.knots..self.len()
-    }
-
-    /// Repetition in which the knots' instants count.
-    pub fn turn(&self) -> f64 {
-        self.turn
     }
 
     /// Value of number `k` in `cycle`.
@@ -180,6 +135,21 @@ impl Numbers {
             of.push(offset, 1.0);
         }
         of
+    }
+}
+
+impl Cycle {
+    /// The same with its freedoms at `values`, as many as there are.
+    pub fn changed(&self, values: &[f64]) -> Self {
+        let Some(spread) = &self.spread else {
+            return self.clone();
+        };
+        let changed = spread.numbers.moved(self, &spread.change(values));
+        if changed.is_ordered() {
+            changed
+        } else {
+            self.clone()
+        }
     }
 }
 

@@ -2,11 +2,11 @@
 //!
 //! One after the other: what is taken for set makes the others better known.
 
-use super::Cycle;
 use super::estimate::Estimate;
-use super::numbers::STEP;
+use super::open_numbers::STEP;
 use super::spread::reach_sigmas;
 use super::tie::merged;
+use super::waveform::Cycle;
 use crate::recording::measured_drive::knots::Knots;
 use crate::recording::measured_drive::round_number::round_between;
 use crate::recording::measured_drive::samples::Samples;

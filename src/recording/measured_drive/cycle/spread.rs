@@ -6,10 +6,10 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::Cycle;
 use super::estimate::{Estimate, estimate};
-use super::numbers::{Numbers, STEP};
+use super::open_numbers::{Numbers, STEP, Spread};
 use super::tie::{classes, common};
+use super::waveform::Cycle;
 use crate::recording::measured_drive::knots::{Knot, Knots};
 use crate::recording::measured_drive::round_number::is_two_digit_setting;
 use crate::recording::measured_drive::samples::Samples;
@@ -18,41 +18,6 @@ use crate::recording::measured_drive::thresholds::{
     NOISE_REACH_SIGMAS, PERIOD_STEPS, ROUNDING_ERROR_REACH_SIGMAS, UNNOTICED_DIRECTION_SHARE,
     UNSEEN_DIGITISER_STEPS,
 };
-
-/// What is open of a cycle.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Spread {
-    /// The numbers that change.
-    pub numbers: Numbers,
-    /// Changes of all numbers by one standard deviation, those that move the voltage most first.
-    pub directions: Vec<Vec<f64>>,
-    /// Most standard deviations by which each may be off.
-    pub most: f64,
-    /// Whether the period is a setting, which bounds jumps more closely than the directions say.
-    pub is_period_set: bool,
-}
-
-impl Spread {
-    /// How far knot `j` in repetition `turn` may be from its instant, its voltages and the period off
-    /// with it \[s\].
-    pub fn reach_at(&self, j: usize, turn: f64) -> f64 {
-        let far = turn - self.numbers.turn();
-        let off = |d: &Vec<f64>| d[self.numbers.time(j)] + far * d[STEP];
-        let squares: f64 = self.directions.iter().map(|d| off(d).powi(2)).sum();
-        self.most.min(NOISE_REACH_SIGMAS) * squares.sqrt()
-    }
-
-    /// The change of all numbers by so many standard deviations of each direction.
-    pub fn change(&self, values: &[f64]) -> Vec<f64> {
-        let mut all = vec![0.0; self.numbers.len()];
-        for (direction, value) in self.directions.iter().zip(values) {
-            for (sum, change) in all.iter_mut().zip(direction) {
-                *sum += value * change;
-            }
-        }
-        all
-    }
-}
 
 /// The cycle under which `samples` are likeliest. Instants of jumps, and then the period, are held:
 /// between two samples all are alike.

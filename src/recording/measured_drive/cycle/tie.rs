@@ -1,7 +1,7 @@
 //! Which knots repeat, and what that says of each: the period of a waveform narrows down each of
 //! its edges.
 
-use super::Cycle;
+use super::waveform::Cycle;
 use crate::recording::measured_drive::knots::{Knot, Knots};
 use crate::recording::measured_drive::samples::Samples;
 use crate::recording::measured_drive::thresholds::{

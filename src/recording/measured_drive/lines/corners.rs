@@ -1,6 +1,6 @@
 //! Lines between jumps, and the corners where they meet.
 
-use super::{Line, Node, line_through};
+use super::line::{Line, Node, line_through};
 use crate::recording::measured_drive::samples::Samples;
 use crate::recording::measured_drive::thresholds::{
     CORNER_REACH_SIGMAS, CORNER_ROUNDS, CORNERS_CONVERGED_INTERVALS, MERGE_ROUNDS,

@@ -1,6 +1,6 @@
 //! Where a voltage jumps.
 
-use super::{Lines, Node};
+use super::line::{Lines, Node};
 use crate::recording::measured_drive::samples::Samples;
 use crate::recording::measured_drive::thresholds::{JUMP_STEEPNESS, MIN_JUMP_REACHES};
 

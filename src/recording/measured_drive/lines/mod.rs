@@ -5,61 +5,14 @@
 
 mod corners;
 mod jumps;
+mod line;
 
 use self::corners::lines_of;
 pub use self::jumps::jump_blocks;
 use self::jumps::{find_jumps, refine_double_jumps};
+pub use self::line::{Line, Lines, Node, cursor};
 use super::samples::Samples;
-use super::thresholds::{FLAT_SIGMAS, MIN_SAMPLES_PER_LINE};
-
-/// A straight line through samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
-    /// Where `value` holds, the middle of its samples \[s\].
-    pub at: f64,
-    /// Voltage there \[V\].
-    pub value: f64,
-    /// Slope \[V/s\].
-    pub slope: f64,
-    /// Standard deviation of `value` \[V\]; half a step of a coarse digitiser on a level.
-    pub value_sigma: f64,
-    /// Standard deviation of `slope` \[V/s\].
-    pub slope_sigma: f64,
-}
-
-impl Line {
-    /// Voltage \[V\] at `t` \[s\].
-    pub fn voltage(&self, t: f64) -> f64 {
-        self.value + self.slope * (t - self.at)
-    }
-
-    /// Standard deviation \[V\] of the voltage at `t` \[s\].
-    pub fn sigma(&self, t: f64) -> f64 {
-        self.value_sigma.hypot(self.slope_sigma * (t - self.at))
-    }
-}
-
-/// Where one line ends and the next begins.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Node {
-    /// Best time \[s\].
-    pub time: f64,
-    /// Earliest time \[s\].
-    pub low: f64,
-    /// Latest time \[s\].
-    pub high: f64,
-    /// Whether the voltage jumps there; else it has a corner.
-    pub jumps: bool,
-}
-
-/// Lines joined at nodes, one line more than nodes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Lines {
-    /// The lines in order of time.
-    pub lines: Vec<Line>,
-    /// Where they meet, increasing in time.
-    pub nodes: Vec<Node>,
-}
+use super::thresholds::MIN_SAMPLES_PER_LINE;
 
 /// The lines that `samples` follow; `None` if they are not lines.
 pub fn find_lines(samples: &Samples<'_>) -> Option<Lines> {
@@ -89,58 +42,4 @@ pub fn find_lines(samples: &Samples<'_>) -> Option<Lines> {
     }
     refine_double_jumps(samples, &jumps, &mut found);
     samples.are(cursor(&found)).then_some(found)
-}
-
-/// The voltage of `lines`, fast for times in increasing order.
-pub fn cursor(lines: &Lines) -> impl Fn(f64) -> f64 {
-    let at = std::cell::Cell::new(0usize);
-    move |t| {
-        let mut i = at.get();
-        if i > 0 && lines.nodes[i - 1].time > t {
-            i = 0;
-        }
-        while lines.nodes.get(i).is_some_and(|node| node.time <= t) {
-            i += 1;
-        }
-        at.set(i);
-        lines.lines[i].voltage(t)
-    }
-}
-
-/// The line of least squares through the samples `from..to`; a level if it does not rise.
-pub fn line_through(samples: &Samples<'_>, from: usize, to: usize) -> Line {
-    let (time, volts) = (&samples.time[from..to], &samples.volts[from..to]);
-    let n = time.len() as f64;
-    let (t0, v0) = (time[0], volts[0]);
-    let (mut st, mut sv) = (0.0, 0.0);
-    for (t, v) in time.iter().zip(volts) {
-        st += t - t0;
-        sv += v - v0;
-    }
-    let (mt, mv) = (st / n, sv / n);
-    let (mut tt, mut tv) = (0.0, 0.0);
-    for (t, v) in time.iter().zip(volts) {
-        let u = t - t0 - mt;
-        tt += u * u;
-        tv += u * (v - v0 - mv);
-    }
-    let slope_sigma = if tt > 0.0 {
-        samples.sigma / tt.sqrt()
-    } else {
-        f64::INFINITY
-    };
-    let slope = if tt > 0.0 { tv / tt } else { 0.0 };
-    let level = slope.abs() <= FLAT_SIGMAS * slope_sigma
-        || slope.abs() * (time[time.len() - 1] - t0) < 0.5 * samples.quantum;
-    let mut value_sigma = samples.sigma / n.sqrt();
-    if level && samples.quantum > 0.0 {
-        value_sigma = value_sigma.max(samples.quantum / 12f64.sqrt());
-    }
-    Line {
-        at: t0 + mt,
-        value: v0 + mv,
-        slope: if level { 0.0 } else { slope },
-        value_sigma,
-        slope_sigma: if level { 0.0 } else { slope_sigma },
-    }
 }

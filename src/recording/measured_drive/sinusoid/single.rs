@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Sinusoid, Sinusoids, begin, is_likely};
+use super::curve::{Sinusoid, Sinusoids, begin, is_likely};
 use crate::recording::measured_drive::least_squares::fit_curve;
 use crate::recording::measured_drive::round_number::round_between;
 use crate::recording::measured_drive::samples::Samples;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use realfft::RealFftPlanner;
 
-use super::{Sinusoid, Sinusoids, is_likely};
+use super::curve::{Sinusoid, Sinusoids, is_likely};
 use crate::recording::measured_drive::least_squares::fit_curve;
 use crate::recording::measured_drive::round_number::round_between;
 use crate::recording::measured_drive::samples::Samples;

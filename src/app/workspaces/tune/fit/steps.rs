@@ -5,7 +5,7 @@ use eframe::egui::{Button, RichText, Ui};
 
 use super::choose::symbol;
 use super::{figures, summary};
-use crate::app::analysis::identification_course::Course;
+use crate::app::analysis::identification::Course;
 use crate::app::setup::command::Command;
 use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::state::State;

@@ -4,40 +4,12 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use eframe::egui::Context;
-use serde::{Deserialize, Serialize};
-
-use super::fit::Fitting;
-use super::identification::Identification;
+use super::Identification;
+use super::plan::{Course, WholeFit};
+use crate::app::analysis::fit::Fitting;
 use crate::app::setup::current_setup::Setup;
 use crate::fit::paper_steps::guide::{Step, next_to_free};
-use crate::model::Model;
-
-/// What the guide does on its own.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub enum Course {
-    /// Nothing: the person takes the steps.
-    #[default]
-    ByHand,
-    /// It waits for a fit of the whole device, applies it and examines the recordings again.
-    Fitting,
-    /// It takes all steps that the recordings allow, and applies what each finds.
-    Steps {
-        /// The step that runs.
-        running: Option<Step>,
-        /// Those taken already.
-        taken: Vec<Step>,
-    },
-}
-
-/// A fit of the whole device.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct WholeFit {
-    /// The ids that were free.
-    pub free: Vec<String>,
-    /// The device that it led to, with what the steps changed since.
-    pub model: Arc<Model>,
-}
+use eframe::egui::Context;
 
 impl Identification {
     /// The parameters to free in a fit of the whole device, without the locked ones, if one may
@@ -178,7 +150,7 @@ impl Identification {
 
 #[cfg(test)]
 mod tests {
-    use super::super::identification_course::*;
+    use super::super::course::*;
     use crate::app::files::built_in;
     use crate::fit::paper_steps::guide::{Allowance, Missing};
     use crate::fit::{default_free, whole_device};

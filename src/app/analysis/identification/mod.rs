@@ -1,16 +1,19 @@
 //! The paper's identification, step by step: which steps the recordings allow, the running
 //! one, and the result of each. Nothing is applied without the person's consent.
 
+mod course;
+mod plan;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use eframe::egui::Context;
 use serde::{Deserialize, Serialize};
 
-use super::identification_course::{Course, WholeFit};
-use super::job::Job;
-use super::origin::{Origin, Source, recordings, shared_drive};
-use super::recording_roles::with_role;
+pub use self::plan::{Course, WholeFit};
+use crate::app::analysis::job::Job;
+use crate::app::analysis::origin::{Origin, Source, recordings, shared_drive};
+use crate::app::analysis::recording_roles::with_role;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::{OverlayId, Role};
 use crate::fit::contact_readings::ContactReadings;
@@ -296,7 +299,7 @@ fn seen(setup: &Setup) -> Seen {
 
 #[cfg(test)]
 mod tests {
-    use super::super::identification::*;
+    use super::*;
     use crate::app::files::built_in;
     use crate::model::preset::Preset;
 
