@@ -7,12 +7,9 @@ use super::likelihood::{Law, LevelSamples, Likelihood, levels_of, likelihood};
 use super::numbers::{Numbers, STEP};
 use crate::recording::measured_drive::samples::Samples;
 use crate::recording::measured_drive::thresholds::{
-    CONVERGED_LOG_LIKELIHOOD, FIRST_SOFTNESS, MAX_HARDENINGS, MAX_NEWTON_STEPS,
+    CONVERGED_LOG_LIKELIHOOD, FIRST_SOFTNESS, MAX_HARDENINGS, MAX_NEWTON_STEPS, NEWTON_STEP_SHARES,
     NOISE_SHOWN_LOG_LIKELIHOOD,
 };
-
-/// Shares of a Newton step that are tried.
-const NEWTON_STEP_SHARES: [f64; 5] = [1.0, 0.5, 0.2, 0.05, 0.01];
 
 /// A cycle and the spread of its numbers.
 #[derive(Debug, Clone)]
