@@ -1,5 +1,7 @@
 //! What is left open of a cycle covers what acted.
 
+use std::f64::consts::TAU;
+
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt as _;
 
@@ -158,6 +160,34 @@ fn jumps_of_a_square_are_covered() {
                     found.text
                 );
             }
+        }
+    }
+}
+
+#[test]
+fn a_turn_moves_and_the_voltage_stays() {
+    let drive = |t: f64| 6.0 * (TAU * 20.0 * t + 0.9 * (TAU * 3.0 * t).sin()).sin();
+    let (time, volts) = sampled(drive, 50e3, 0.4, (1e-3, 0.0), 4);
+    let found = recognised(&time, &volts);
+    assert_eq!(found.freedoms.len(), found.edges.len(), "{}", found.text);
+    let late: Vec<f64> = (0..found.edges.len())
+        .map(|k| if k % 2 == 0 { 3e-6 } else { -2e-6 })
+        .collect();
+    for late in [vec![0.0; late.len()], late] {
+        let moved = found.changed(&late);
+        assert_eq!(moved.edges.len(), found.edges.len());
+        for ((a, b), late) in found.edges.iter().zip(&moved.edges).zip(&late) {
+            assert!((b.time - a.time - late).abs() < 1e-12);
+            let (before, after) = (&found.pieces[a.piece], &moved.pieces[b.piece]);
+            assert_eq!((after.start, after.branch), (b.time, before.branch));
+            assert_ne!(moved.pieces[b.piece - 1].branch, after.branch);
+        }
+        for pair in moved.pieces.windows(2) {
+            assert_eq!(pair[0].end, pair[1].start);
+        }
+        let (one, two) = (found.waveform("a", 0.0), moved.waveform("b", 0.0));
+        for &t in &time {
+            assert!((one.voltage(t) - two.voltage(t)).abs() < 1e-6, "{t}");
         }
     }
 }
