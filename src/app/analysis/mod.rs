@@ -1,5 +1,5 @@
-//! Long computations that the person starts (fit, diagnosis, identification, sealed trial)
-//! and their results. Each runs on a thread of its own and changes nothing by itself.
+//! Long computations (fit, identification, sensitivity, diagnosis, sealed trial) and their
+//! results. Each runs on a thread of its own and changes nothing that the person did not ask for.
 
 pub mod diagnosis;
 pub(super) mod diagnosis_answer;

@@ -6,7 +6,7 @@ use super::escape;
 use crate::app::setup::command::Command;
 
 /// Mouse and key gestures.
-const GESTURES: [(&str, &str); 16] = [
+const GESTURES: [(&str, &str); 17] = [
     ("drag in a plot", "move through time"),
     ("wheel in a plot", "zoom in time around the pointer"),
     ("double-click in a plot", "show the whole span"),
@@ -23,6 +23,10 @@ const GESTURES: [(&str, &str); 16] = [
     (
         "double-click on the name of a panel",
         "show this recording alone, or all (small multiples)",
+    ),
+    (
+        "click on the name of a curve above the plots",
+        "show or hide the curve",
     ),
     ("click in a plot", "set the cursor"),
     (

@@ -1,5 +1,5 @@
-//! What comes with the program: the first start's device and recording, so that the window
-//! is never empty, and the example recordings.
+//! What comes with the program: the first start's device and its two recordings, so that the
+//! window is never empty, and the example recordings.
 
 use std::sync::Arc;
 
@@ -15,8 +15,8 @@ use crate::recording::align::Alignment;
 use crate::recording::csv::{ImportSettings, import_bytes_auto};
 use crate::trial::demo;
 
-/// The synthetic recording that comes with the program: the `paper` device with other
-/// parameters under a square. Its bounces tell alpha.
+/// The first of two synthetic recordings that come with the program: the `paper` device with
+/// other parameters under a square. Its bounces tell alpha.
 pub const MADE_UP_CSV: &[u8] = include_bytes!("../../../assets/made-up-paper.csv");
 /// Its name in the list of recordings.
 pub const MADE_UP_NAME: &str = "synthetic recording";
@@ -73,7 +73,7 @@ pub fn from_preset(preset: Preset) -> Setup {
     }
 }
 
-/// The made-up recording as overlay number `id`.
+/// The made-up square as overlay number `id`.
 pub fn made_up(id: u64) -> Option<Overlay> {
     let recording = import_bytes_auto(MADE_UP_NAME, MADE_UP_CSV).ok()?;
     Some(unread(id, Arc::new(recording)))
@@ -94,8 +94,8 @@ pub fn is_of_first_start(name: &str) -> bool {
     matches!(name, MADE_UP_NAME | SWEEP_NAME)
 }
 
-/// The built-in recording of that name as overlay number `id`: one of the example's, or the
-/// first start's if `name` is `None`.
+/// The built-in recording of that name as overlay number `id`: one of the first start's or of
+/// the example's; the first start's square if `name` is `None`.
 pub fn shipped(name: Option<&str>, id: u64) -> Option<Overlay> {
     match name {
         None | Some(MADE_UP_NAME | OLD_MADE_UP_NAME) => made_up(id),

@@ -179,7 +179,7 @@ impl Command {
             Command::OpenPath => ("Open path...", "Open a file by typing its path"),
             Command::SaveSession => (
                 "Save session",
-                "Save parameters, drive, recordings and view",
+                "Save parameters, drive, recordings, kept curves, view and results",
             ),
             Command::SaveSessionAs => ("Save session as...", "Save the session under a new name"),
             Command::SavePreset => (
@@ -207,7 +207,7 @@ impl Command {
             Command::ResetParameters => ("Reset parameters", "Return to the values of the preset"),
             Command::ResetAll => (
                 "Reset everything",
-                "Return to the state of the first start. Undo restores device, drive and recordings.",
+                "Return to the state of the first start. Undo restores device, drive, recordings and kept curves.",
             ),
             Command::SetMode(Mode::WholeSpan) => (
                 "Whole span",

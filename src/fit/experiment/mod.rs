@@ -5,6 +5,8 @@
 //! stated priors: the zero of each reading, the clock of the readings against that of the voltage,
 //! and, where asked for, their scales. All of it follows from one run: a shift in time moves the
 //! readings along the simulated motion, whose velocity is known.
+//!
+//! How the recording begins and what its voltage leaves open takes further runs: see [`decide()`].
 
 mod decide;
 mod drive_freedom;

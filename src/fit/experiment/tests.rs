@@ -95,7 +95,7 @@ fn misfit(model: &Model, recording: Recording) -> (f64, String) {
     )
 }
 
-/// The waveforms, rates and voltage errors of the table in `docs/method.md`.
+/// Waveforms at the rates and voltage errors of the grid in `docs/method.md`, section 3.
 fn survey(waveforms: &[String], limit: f64, seed: u64) -> (Vec<String>, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut failures = Vec::new();

@@ -154,8 +154,8 @@ pub fn next_to_free(model: &Model, fitted: &[String]) -> Option<Vec<String>> {
 }
 
 /// Checks what each step needs: bounces and releases are read with `model` unchanged, rings are
-/// searched for, and the drive is fitted. Of very many segments an even pick is read. Only the fits of the film and of the sensitivity
-/// remain to be done after that.
+/// searched for, and the drive is fitted. Of very many segments an even pick is read. Only the fits
+/// of the film and of the sensitivity remain to be done after that.
 pub fn guide(
     model: &Model,
     recordings: &[Arc<Recording>],

@@ -1,6 +1,6 @@
-//! What of a known waveform the samples leave open: its period within what all edges allow, its
-//! levels within noise and rounding, its corners. Where readings of the motion are there, they
-//! decide.
+//! What the samples leave open of a voltage: of a known waveform its period within what all edges
+//! allow, its levels within noise and rounding, its corners; of a smoothed one the instants of its
+//! turns. Where readings of the motion are there, they decide.
 
 use super::pieces::open_turns;
 use super::samples::Samples;

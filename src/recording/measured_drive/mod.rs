@@ -6,7 +6,7 @@
 //! within their own error: a level, straight lines with corners and edges (repeating or not),
 //! sinusoids, sweeps, sums of sines. Where they are, it is that waveform, with the settings a person
 //! would have chosen where the samples allow them. Else it is the smoothest curve that the samples
-//! allow.
+//! allow. Few or uneven points that somebody typed are joined by straight lines.
 
 mod chosen;
 mod cycle;

@@ -1,5 +1,5 @@
 //! The guided identification: the five steps of the paper, which of them the recordings
-//! allow, and the result of each.
+//! allow, the fit of the device where it comes first, and the result of each step.
 
 use eframe::egui::{Button, RichText, Ui};
 
