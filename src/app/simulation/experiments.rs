@@ -37,11 +37,22 @@ struct KnownRun {
     trace: Arc<Trace>,
 }
 
+/// What a state of a device is a state of: number of modes, whether there is a ground, ids of effects.
+type DeviceKind = (usize, bool, Vec<&'static str>);
+
+fn kind_of(model: &Model) -> DeviceKind {
+    let modes = model.structure_with_effects().modes.len();
+    let effects = model.effects.iter().map(|e| e.spec.id);
+    (modes, model.has_ground, effects.collect())
+}
+
 /// What the readings of a recording decided of its experiment.
 #[derive(Debug, Clone)]
 struct Decided {
     /// Drive and ticks that it was decided under.
     under: (OwnDrive, Estimates),
+    /// What kind of device it was decided for.
+    kind: DeviceKind,
     /// Values of the freedoms of the measured drive.
     drive: Vec<f64>,
     /// The state in which it begins; `None` for that of the device.
@@ -72,7 +83,7 @@ impl ExperimentCache {
             self.model = Some(Arc::clone(model));
         }
         let visible: Vec<&Overlay> = overlays.iter().filter(|o| o.visible).collect();
-        let this = &*self;
+        let (this, kind) = (&*self, kind_of(model));
         let compared: Vec<Option<OverlayComparison>> = visible
             .par_iter()
             .map(|overlay| {
@@ -87,7 +98,13 @@ impl ExperimentCache {
                         .find(same)
                         .map(|run| Arc::clone(&run.trace))
                 };
-                compare_one(shared, overlay, this.decided_of(overlay), known, &go_on)
+                compare_one(
+                    shared,
+                    overlay,
+                    this.decided_of(overlay, &kind),
+                    known,
+                    &go_on,
+                )
             })
             .collect();
         let compared: Vec<OverlayComparison> = compared.into_iter().collect::<Option<_>>()?;
@@ -95,10 +112,12 @@ impl ExperimentCache {
         Some(compared)
     }
 
-    /// What was decided of a recording as it is set up now.
-    fn decided_of(&self, overlay: &Overlay) -> Option<&Decided> {
-        let under = |d: &&Decided| d.under.0 == overlay.drive && d.under.1 == overlay.estimates;
-        self.decided.get(&overlay.id).filter(under)
+    /// What was decided of a recording as it is set up now, for a device of this kind.
+    fn decided_of(&self, overlay: &Overlay, kind: &DeviceKind) -> Option<&Decided> {
+        let same = |d: &&Decided| {
+            d.under.0 == overlay.drive && d.under.1 == overlay.estimates && d.kind == *kind
+        };
+        self.decided.get(&overlay.id).filter(same)
     }
 
     /// Lets the readings decide how each recording begins and what its voltage leaves open; `None`
@@ -112,12 +131,12 @@ impl ExperimentCache {
         go_on: impl Fn() -> bool + Sync,
     ) -> Option<Vec<OverlayComparison>> {
         let visible: Vec<&Overlay> = overlays.iter().filter(|o| o.visible).collect();
-        let this = &*self;
+        let (this, kind) = (&*self, kind_of(model));
         let better: Vec<Option<(Decided, OverlayComparison)>> = visible
             .par_iter()
             .map(|overlay| {
                 let before = compared.iter().find(|c| c.id == overlay.id)?;
-                let decided = this.decided_of(overlay);
+                let decided = this.decided_of(overlay, &kind);
                 improve_one(model, overlay, decided, before, &go_on)
             })
             .collect();
@@ -310,13 +329,13 @@ fn improve_one(
         },
         None => return None,
     };
+    let reach = own.measured.as_ref().map_or(0.0, |m| m.reach());
     let measured = own
         .measured
         .filter(|m| estimates.clock && !m.freedoms.is_empty());
     if measured.is_none() && !estimates.start && decided.is_none() {
         return None;
     }
-    let reach = measured.as_ref().map_or(0.0, |m| m.reach());
     let experiment = experiment_of(overlay, own.waveform, reach);
     let values = decided.map_or(&[][..], |d| &d.drive);
     let questions = Questions {
@@ -327,13 +346,16 @@ fn improve_one(
     let had_start = before.own.as_ref().is_some_and(|own| own.start.is_some());
     let old = before.comparison.as_ref().map_or(f64::INFINITY, |c| c.rms);
     let start = found.experiment.start.clone();
-    if had_start == start.is_some() && found.result.proof_mass.rms >= old {
+    // Without a drive and a start of its own it stays with the simulation's run.
+    let is_shared = model.piezo.is_none() && start.is_none() && !had_start;
+    if is_shared || (had_start == start.is_some() && found.result.proof_mass.rms >= old) {
         return None;
     }
     let result = Ok::<_, String>(found.result);
     let comparison = finished(overlay, &found.experiment, result, Some(own.text));
     let now = Decided {
         under: (overlay.drive.clone(), estimates),
+        kind: kind_of(model),
         drive: found.drive,
         start,
     };

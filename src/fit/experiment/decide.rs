@@ -55,14 +55,16 @@ pub fn decide(
         let Some(improved) = improve_start(&experiment, &found.start, model, go_on)? else {
             return Ok(None);
         };
-        let counts = found.is_certain || {
-            let Some(usual) = experiment.run(model, go_on)? else {
-                return Ok(None);
-            };
-            let most = FREE_START_REMAINING_SHARE * usual.proof_mass.rms;
-            result = Some(usual);
-            improved.result.proof_mass.rms < most
+        let Some(usual) = experiment.run(model, go_on)? else {
+            return Ok(None);
         };
+        let share = if found.is_certain {
+            1.0
+        } else {
+            FREE_START_REMAINING_SHARE
+        };
+        let counts = improved.result.proof_mass.rms < share * usual.proof_mass.rms;
+        result = Some(usual);
         if counts {
             experiment = improved.experiment;
             result = Some(improved.result);

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
+use super::improve::{CONVERGED_SHARE, DAMPINGS};
 use super::instrument::{RunColumn, estimate_with_runs};
 use super::{Experiment, ExperimentError, ExperimentResult};
 use crate::model::Model;
-use crate::recording::compare::Comparison;
 use crate::recording::measured_drive::MeasuredDrive;
 use crate::sim::Trace;
 
@@ -14,10 +14,6 @@ const MAX_ROUNDS: usize = 12;
 /// Step of a number for differences, as a share of its standard deviation: far above the
 /// simulation's own error, and near enough for impacts to come in the same order.
 const STEP_SHARE: f64 = 0.02;
-/// Dampings of Levenberg and Marquardt that are tried, in this order: impacts bend the way.
-const DAMPINGS: [f64; 6] = [0.0, 0.03, 0.3, 3.0, 30.0, 300.0];
-/// A fall of the sum of squares by less than this share ends the rounds.
-const CONVERGED_SHARE: f64 = 1e-4;
 /// Residual in units of the noise up to which the readings are followed.
 const FOLLOWED_MISFIT: f64 = 1.05;
 /// The same up to which the voltage's own error may be all that is left: a wrong device leaves more,
@@ -123,17 +119,11 @@ impl<F: Fn() -> bool + Sync> Search<'_, F> {
 
     /// Sum of squares of all readings and of what is known beforehand, in units of their errors.
     fn cost(&self, of: &ImprovedDrive) -> f64 {
-        let noise = of.experiment.noise;
-        let unit = |sigma: f64| if sigma > 0.0 { sigma } else { 1.0 };
-        let readings = |c: &Comparison, sigma: f64| c.count as f64 * (c.rms / unit(sigma)).powi(2);
-        let cantilever = of.result.cantilever.as_ref().zip(noise.1);
         let known = self.open.iter().map(|&k| {
             let sigma = self.measured.freedoms[k].sigma;
             (of.values[k] / sigma).powi(2)
         });
-        readings(&of.result.proof_mass, noise.0)
-            + cantilever.map_or(0.0, |(c, sigma)| readings(c, sigma))
-            + known.sum::<f64>()
+        of.result.sum_of_squares(&of.experiment) + known.sum::<f64>()
     }
 
     /// Rounds of linearized improvement.

@@ -7,9 +7,9 @@ use crate::model::Model;
 /// Most rounds of linearized improvement.
 const MAX_ROUNDS: usize = 8;
 /// Dampings of Levenberg and Marquardt that are tried, in this order: impacts bend the way.
-const DAMPINGS: [f64; 6] = [0.0, 0.03, 0.3, 3.0, 30.0, 300.0];
-/// A fall of the residual by less than this share ends the rounds.
-const CONVERGED_SHARE: f64 = 1e-4;
+pub const DAMPINGS: [f64; 6] = [0.0, 0.03, 0.3, 3.0, 30.0, 300.0];
+/// A fall of the sum of squares by less than this share ends the rounds.
+pub const CONVERGED_SHARE: f64 = 1e-4;
 
 /// A number that is open within limits.
 #[derive(Debug, Clone, Copy)]
@@ -57,8 +57,8 @@ pub fn improve(
     for _ in 0..MAX_ROUNDS {
         let mut changed = Vec::with_capacity(numbers.len());
         for (k, number) in numbers.iter().enumerate() {
-            // Towards zero, so that the limits are not left.
-            let step = if best.values[k] > 0.0 {
+            // Towards zero, so that limits are not left.
+            let step = if number.most.is_finite() && best.values[k] > 0.0 {
                 -number.step
             } else {
                 number.step
@@ -83,16 +83,16 @@ pub fn improve(
                 window: (f64::NEG_INFINITY, f64::INFINITY),
             })
             .collect();
-        let before = best.result.proof_mass.rms;
+        let before = best.result.sum_of_squares(&best.experiment);
         let Some(better) = damped_step(&columns, &best, at, model, go_on)? else {
             break;
         };
         best = better;
-        if best.result.proof_mass.rms > (1.0 - CONVERGED_SHARE) * before {
+        if best.result.sum_of_squares(&best.experiment) > (1.0 - CONVERGED_SHARE) * before {
             break;
         }
     }
-    Ok(Some(best))
+    Ok(go_on().then_some(best))
 }
 
 /// The first of ever more damped steps by which the residual falls; `None` if there is none or `go_on`
@@ -107,6 +107,7 @@ fn damped_step(
     let Some(priors) = best.experiment.priors else {
         return Ok(None);
     };
+    let before = best.result.sum_of_squares(&best.experiment);
     for damping in DAMPINGS {
         let trace = &best.result.trace;
         let (_, values) = estimate_with_runs(&best.experiment, trace, &priors, columns, damping);
@@ -114,7 +115,7 @@ fn damped_step(
         let Some(result) = experiment.run(model, go_on)? else {
             return Ok(None);
         };
-        if result.proof_mass.rms < best.result.proof_mass.rms {
+        if result.sum_of_squares(&experiment) < before {
             return Ok(Some(Improved {
                 values,
                 experiment,

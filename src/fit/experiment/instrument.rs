@@ -191,8 +191,9 @@ fn normal_equations(
     let recording = &experiment.recording;
     let stride = recording.len().div_ceil(MAX_SAMPLES).max(1);
     let weight = |sigma: f64| if sigma > 0.0 { sigma.powi(-2) } else { 1.0 };
-    let weight_p = weight(experiment.noise.0);
-    let cantilever = recording.cantilever.as_deref().zip(experiment.noise.1);
+    let (noise_p, noise_c) = experiment.aligned_noise(&start);
+    let weight_p = weight(noise_p);
+    let cantilever = recording.cantilever.as_deref().zip(noise_c);
     let count = p.len();
     let mut normal = DMatrix::<f64>::zeros(count, count);
     let mut right = DVector::<f64>::zeros(count);

@@ -84,8 +84,18 @@ impl ExperimentResult {
     /// Residual of the proof mass in units of its noise; `None` if it has none.
     #[must_use]
     pub fn misfit(&self, experiment: &Experiment) -> Option<f64> {
-        let noise = experiment.noise.0 * self.alignment.xp_scale.abs();
+        let (noise, _) = experiment.aligned_noise(&self.alignment);
         (noise > 0.0).then(|| self.proof_mass.rms / noise)
+    }
+
+    /// Sum of squares of all residuals in units of their noise.
+    #[must_use]
+    pub fn sum_of_squares(&self, experiment: &Experiment) -> f64 {
+        let (xp, xc) = experiment.aligned_noise(&self.alignment);
+        let unit = |sigma: f64| if sigma > 0.0 { sigma } else { 1.0 };
+        let readings = |c: &Comparison, sigma: f64| c.count as f64 * (c.rms / unit(sigma)).powi(2);
+        let cantilever = self.cantilever.as_ref().zip(xc);
+        readings(&self.proof_mass, xp) + cantilever.map_or(0.0, |(c, sigma)| readings(c, sigma))
     }
 }
 
@@ -114,6 +124,16 @@ impl Experiment {
             priors: Some(InstrumentPriors::default()),
             noise,
         }
+    }
+
+    /// Noise of the readings as they are compared, scaled \[m\], `(xp, xc)`.
+    #[must_use]
+    pub fn aligned_noise(&self, alignment: &Alignment) -> (f64, Option<f64>) {
+        let (xp, xc) = self.noise;
+        (
+            xp * alignment.xp_scale.abs(),
+            xc.map(|sigma| sigma * alignment.xc_scale.abs()),
+        )
     }
 
     /// Samples per second of the run: a whole multiple of the recording's, so that no reading

@@ -18,9 +18,9 @@ use crate::fit::solve::levenberg_marquardt::{Clock, Control};
 use crate::fit::thresholds::{MAX_CUBIC_CHI2, START_DISTANCE_SHARE, START_VELOCITY_SIGMAS};
 use crate::fit::uncertainty::fit_result::misfits;
 use crate::model::Model;
-use crate::recording::Recording;
-use crate::recording::experiment_setup::DriveSource;
+use crate::recording::experiment_setup::{DriveSource, InstrumentUnknowns};
 use crate::recording::extremes;
+use crate::recording::{Channel, Recording};
 use crate::sim::{StartState, StretchSimulator, StretchState};
 
 /// Length of the first stretch in periods of the slowest mode.
@@ -65,6 +65,22 @@ pub fn estimate_start(
 ) -> Result<Option<FoundStart>, FitError> {
     let mut recording = experiment.recording.as_ref().clone();
     let (first, _) = recording.span();
+    let alignment = &experiment.alignment;
+    let scale = |values: &mut [f64], channel| {
+        for x in values {
+            *x = alignment.value(channel, *x);
+        }
+    };
+    scale(&mut recording.proof_mass, Channel::ProofMass);
+    if let Some(values) = &mut recording.cantilever {
+        scale(values, Channel::Cantilever);
+    }
+    recording.instrument = experiment.priors.map(|priors| InstrumentUnknowns {
+        zeros: priors.zeros,
+        scale: priors.scale,
+        clock: priors.clock,
+        lag: -alignment.time_shift,
+    });
     recording.drive_source = DriveSource::Waveform {
         waveform: experiment.drive.clone(),
         start: first,
@@ -180,7 +196,9 @@ fn first_velocity(time: &[f64], values: &[f64], most: usize, sigma: f64) -> Opti
                 ((time[used[row]] - time[0]) / unit).powi(k as i32)
             });
             let right = DVector::from_fn(used.len(), |row, _| values[used[row]]);
-            let inverse = (matrix.transpose() * &matrix).try_inverse()?;
+            let Some(inverse) = (matrix.transpose() * &matrix).try_inverse() else {
+                break;
+            };
             let solution = &inverse * matrix.transpose() * &right;
             let left = (right - matrix * &solution).norm_squared();
             if left > MAX_CUBIC_CHI2 * (used.len() - 4) as f64 * sigma * sigma {

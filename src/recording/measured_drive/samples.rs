@@ -64,7 +64,10 @@ impl<'a> Samples<'a> {
         let off = |dt: &f64| (dt - self.interval).abs() > UNEVEN_INTERVAL_SHARE * self.interval;
         let uneven = intervals.filter(off).count();
         uneven as f64 <= MAX_UNEVEN_SHARE * self.len() as f64
-            && (self.quantum > 0.0 || self.sigma <= MAX_DIGITISER_ERROR_SHARE * self.span())
+            && (self.quantum > 0.0
+                // A level has no span but that of its error.
+                || self.span() <= 2.0 * self.reach()
+                || self.sigma <= MAX_DIGITISER_ERROR_SHARE * self.span())
     }
 
     /// Their first and last time and interval.

@@ -32,7 +32,7 @@ pub const UNEVEN_INTERVAL_SHARE: f64 = 0.5;
 /// Share of such intervals up to which samples are a digitiser's: some may be lost. The same test.
 pub const MAX_UNEVEN_SHARE: f64 = 0.2;
 /// Error of a digitiser's samples at most, as a share of their span: where neighbours differ by more,
-/// nothing is known between them. The same test; recordings have 0.03 at most in the survey.
+/// nothing is known between them, unless all of them are one level. The same test; recordings have 0.03 at most in the survey.
 pub const MAX_DIGITISER_ERROR_SHARE: f64 = 0.05;
 
 // Round numbers.

@@ -128,8 +128,8 @@ impl Runner {
         Ok(runner)
     }
 
-    /// A device with a given state at `t` \[s\]; `held_since` if the mass is on the ground. Its
-    /// samples are counted from zero and must not be used.
+    /// A device with a given state at `t` \[s\]; `held_since` if the mass is on the ground. Without
+    /// extra states it begins as if it had stood there for long, under the voltage at `t`.
     ///
     /// # Errors
     /// As [`Runner::new`].
@@ -159,6 +159,9 @@ impl Runner {
         for (own, given) in [(q, &state.q), (v, &state.v), (&mut runner.z, &state.z)] {
             own.iter_mut().zip(given).for_each(|(a, b)| *a = *b);
         }
+        if state.z.is_empty() {
+            runner.settle();
+        }
         runner.segment = runner.device.piece(runner.whole, t, &runner.z);
         if let Phase::Held { since, level } = runner.phase
             && runner.device.is_compliant()
@@ -170,6 +173,23 @@ impl Runner {
             runner.set_out();
         }
         Ok(runner)
+    }
+
+    /// Extra states as if everything had stood where it is for long.
+    fn settle(&mut self) {
+        let device = &self.device;
+        let voltage = self.whole.shape.voltage(self.t);
+        let mut at = match self.phase {
+            Phase::Held { level, .. } => {
+                device.held_kinematics(self.t, voltage, level, &self.r, &self.dr)
+            }
+            Phase::Flight | Phase::Stuck { .. } => {
+                device.flight_kinematics(self.t, voltage, &self.q, &self.v)
+            }
+        };
+        let z = device.settled_states(&at);
+        device.drive_force(&mut at, self.whole.branch, &z);
+        self.z = device.settled_states(&at);
     }
 
     /// An empty trace to advance into. It begins with the next sample.
