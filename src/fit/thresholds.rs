@@ -310,11 +310,11 @@ pub const MAX_GOOD_ERROR: f64 = 0.3;
 /// Relative error up to which a peak or a contact is called reproduced \[-\]. The table prints two or
 /// three digits, and the peaks of its own two columns differ by some 20 %.
 pub const MAX_REPRODUCED_ERROR: f64 = 0.05;
-/// Half the last digit that the table prints: an error below it does not show \[m\].
+/// Half the last digit of a peak that the table prints \[m\]. An error below it does not show.
 pub const PEAK_DIGIT: f64 = 0.5e-6;
-/// The same of contacts \[s\].
+/// Half the last digit of a contact that the table prints \[s\]. An error below it does not show.
 pub const CONTACT_DIGIT: f64 = 0.05e-3;
-/// Bounces up to which their number is right \[-\]: a mean over periods need not be whole.
+/// Bounces up to which their number is right \[-\]. A mean over periods need not be whole.
 pub const BOUNCE_DIGIT: f64 = 0.5;
 /// A shorter contact per period is a touch in passing \[s\]. The table has 0 for such cases.
 pub const MIN_CONTACT_PER_PERIOD: f64 = 0.2e-3;

@@ -120,8 +120,14 @@ impl Fitting {
             Some(free) => free.contains(id),
             None => default_free(model).contains(id),
         };
-        candidates(model)
-            .into_iter()
+        // Those that are free by default come first, in the order of the command line.
+        let mut ids = default_free(model);
+        let more = candidates(model);
+        ids.extend(
+            more.into_iter()
+                .filter(|id| !default_free(model).contains(id)),
+        );
+        ids.into_iter()
             .filter(|id| ticked(id) && !setup.locked.contains(id))
             .collect()
     }

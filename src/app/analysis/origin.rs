@@ -261,6 +261,7 @@ mod tests {
     #[test]
     fn what_has_changed_is_said() {
         let mut setup = built_in::setup();
+        setup.overlays.truncate(1);
         let mut second = setup.overlays[0].clone();
         second.id = 2;
         let data = Arc::make_mut(&mut second.recording);

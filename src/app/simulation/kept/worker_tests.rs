@@ -51,7 +51,8 @@ fn wait(
 #[test]
 fn a_kept_curve_has_the_numbers_of_its_own_device_and_is_simulated_once() {
     let worker = KeptWorker::start(|| {}).unwrap();
-    let setup = built_in::setup();
+    let mut setup = built_in::setup();
+    setup.overlays.truncate(1);
     let mut other = setup.clone();
     other.preset.model.parameters.set(ParameterId::Alpha, 0.6);
     let (first, second) = (origin(&setup), origin(&other));

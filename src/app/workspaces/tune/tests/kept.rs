@@ -3,7 +3,7 @@
 use egui_kittest::kittest::Queryable;
 
 use super::support::{full, keep};
-use super::{harness, says, type_into};
+use super::{harness, says};
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::state::State;
@@ -64,7 +64,14 @@ fn a_curve_that_is_hidden_is_not_compared_with_and_its_row_stays() {
 #[test]
 fn names_are_distinct_and_escape_keeps_the_old_one() {
     let mut harness = harness(state());
-    type_into(&mut harness, "name of worse", " and more");
+    harness.get_by_label("name of worse").click();
+    harness.run_steps(3);
+    harness.key_press(eframe::egui::Key::End);
+    harness.run_steps(1);
+    harness.get_by_label("name of worse").type_text(" and more");
+    harness.run_steps(2);
+    harness.key_press(eframe::egui::Key::Enter);
+    harness.run_steps(30);
     assert_eq!(harness.state().setup.kept[1].name, "worse and more");
     harness.get_by_label("name of worse and more").click();
     harness.run_steps(3);
