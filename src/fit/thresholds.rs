@@ -343,6 +343,12 @@ pub const MAX_FREE_START_REMAINDER: f64 = 1.5;
 /// Fall of the whole run's residual from which such a start counts \[share left of it\]. Chance and a
 /// slightly wrong device gain less.
 pub const FREE_START_REMAINING_SHARE: f64 = 0.8;
+/// What the model may leave of the first stretch where the drive is not known well yet \[noise\]. A
+/// wrong device leaves more.
+pub const MAX_DOUBTED_START_REMAINDER: f64 = 10.0;
+/// Fall of the whole run's residual from which a start counts then \[share left of it\]. It is twice as
+/// good at least.
+pub const DOUBTED_START_REMAINING_SHARE: f64 = 0.5;
 
 #[cfg(test)]
 mod tests {

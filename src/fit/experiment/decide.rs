@@ -3,13 +3,22 @@
 use std::sync::Arc;
 
 use super::drive_freedom::improve_drive;
-use super::start_state::{estimate_start, improve_start};
+use super::start_state::{FoundStart, estimate_start, improve_start};
 use super::{Experiment, ExperimentError, ExperimentResult};
-use crate::fit::thresholds::{FREE_START_REMAINING_SHARE, MAX_FREE_START_REMAINDER};
+use crate::fit::thresholds::{
+    DOUBTED_START_REMAINING_SHARE, FREE_START_REMAINING_SHARE, MAX_DOUBTED_START_REMAINDER,
+    MAX_FREE_START_REMAINDER,
+};
 use crate::model::Model;
 use crate::recording::Recording;
 use crate::recording::align::Alignment;
 use crate::recording::measured_drive::MeasuredDrive;
+
+/// Most rounds in which start and drive are decided in turn.
+const MAX_ROUNDS: usize = 2;
+/// Misfit \[noise\] after which they are decided again: less is the noise, and of more the device is the
+/// cause.
+const DECIDED_AGAIN: std::ops::Range<f64> = 1.05..30.0;
 
 /// What is asked of the readings.
 #[derive(Debug, Clone, Copy)]
@@ -42,54 +51,86 @@ pub fn decide(
     model: &Model,
     go_on: &(impl Fn() -> bool + Sync),
 ) -> Result<Option<Decision>, ExperimentError> {
-    let mut experiment = Experiment {
+    let from_rest = Experiment {
         start: None,
         ..experiment.clone()
     };
-    let mut result = None;
-    if questions.start
-        // A recording whose start cannot be told is taken as one that begins like the device.
-        && let Ok(Some(found)) = estimate_start(&experiment, model)
-        && (found.is_certain || found.remaining < MAX_FREE_START_REMAINDER)
-    {
-        let Some(improved) = improve_start(&experiment, &found.start, model, go_on)? else {
-            return Ok(None);
-        };
-        let Some(usual) = experiment.run(model, go_on)? else {
-            return Ok(None);
-        };
-        let share = if found.is_certain {
-            1.0
-        } else {
-            FREE_START_REMAINING_SHARE
-        };
-        let counts = improved.result.proof_mass.rms < share * usual.proof_mass.rms;
-        result = Some(usual);
-        if counts {
-            experiment = improved.experiment;
-            result = Some(improved.result);
-        }
-    }
-    let mut drive = Vec::new();
-    if let Some((measured, values)) = questions.drive {
-        let Some(improved) = improve_drive(&experiment, measured, model, values, go_on)? else {
-            return Ok(None);
-        };
-        drive = improved.values;
-        experiment = improved.experiment;
-        result = Some(improved.result);
-    }
-    let result = match result {
-        Some(result) => result,
-        None => match experiment.run(model, go_on)? {
+    let mut now = Decision {
+        drive: questions
+            .drive
+            .map_or_else(Vec::new, |(_, values)| values.to_vec()),
+        experiment: from_rest.clone(),
+        result: match from_rest.run(model, go_on)? {
             Some(result) => result,
             None => return Ok(None),
         },
     };
-    Ok(Some(Decision {
-        drive,
-        experiment,
-        result,
+    for _ in 0..MAX_ROUNDS {
+        if questions.start {
+            now = match with_start(now, model, go_on)? {
+                Some(next) => next,
+                None => return Ok(None),
+            };
+        }
+        if let Some((measured, _)) = questions.drive {
+            let improved = improve_drive(&now.experiment, measured, model, &now.drive, go_on)?;
+            let Some(improved) = improved else {
+                return Ok(None);
+            };
+            now = Decision {
+                drive: improved.values,
+                experiment: improved.experiment,
+                result: improved.result,
+            };
+        }
+        // A start under a drive that was not known well, and the other way round.
+        let left = now.result.misfit(&now.experiment).unwrap_or(f64::INFINITY);
+        if !(questions.start && questions.drive.is_some() && DECIDED_AGAIN.contains(&left)) {
+            break;
+        }
+    }
+    Ok(Some(now))
+}
+
+/// The same from the start that the first readings suggest, if that counts.
+fn with_start(
+    now: Decision,
+    model: &Model,
+    go_on: &(impl Fn() -> bool + Sync),
+) -> Result<Option<Decision>, ExperimentError> {
+    let found = match &now.experiment.start {
+        Some(start) => FoundStart {
+            start: start.clone(),
+            is_certain: true,
+            remaining: 1.0,
+        },
+        // A recording whose start cannot be told is taken as one that begins like the device.
+        None => match estimate_start(&now.experiment, model) {
+            Ok(Some(found)) => found,
+            _ => return Ok(Some(now)),
+        },
+    };
+    let share = if found.is_certain {
+        1.0
+    } else if found.remaining < MAX_FREE_START_REMAINDER {
+        FREE_START_REMAINING_SHARE
+    } else if found.remaining < MAX_DOUBTED_START_REMAINDER {
+        DOUBTED_START_REMAINING_SHARE
+    } else {
+        return Ok(Some(now));
+    };
+    let Some(improved) = improve_start(&now.experiment, &found.start, model, go_on)? else {
+        return Ok(None);
+    };
+    let counts = improved.result.proof_mass.rms < share * now.result.proof_mass.rms;
+    Ok(Some(if counts {
+        Decision {
+            drive: now.drive,
+            experiment: improved.experiment,
+            result: improved.result,
+        }
+    } else {
+        now
     }))
 }
 
