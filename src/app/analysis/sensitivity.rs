@@ -83,6 +83,7 @@ impl PartialEq for Asked {
         let same = |(a, b): (&Experiment, &Experiment)| {
             Arc::ptr_eq(&a.recording, &b.recording)
                 && a.drive == b.drive
+                && a.start == b.start
                 && a.alignment == b.alignment
                 && a.priors == b.priors
                 && a.noise == b.noise

@@ -11,6 +11,7 @@ fn origin(setup: &Setup) -> Arc<RunOrigin> {
         preset: setup.preset.clone(),
         drive: setup.drive.clone(),
         shift: 0.0,
+        reading: Default::default(),
         duration: 0.1,
         live: None,
     })
