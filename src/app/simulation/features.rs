@@ -197,17 +197,20 @@ mod tests {
     use crate::app::files::built_in;
     use crate::app::setup::drive_choice::Mode;
     use crate::model::drive::DriveReading;
+    use crate::sim::simulate;
 
     /// The period of the first recording's features \[s\].
     fn period(cache: &mut FeatureCache, request: &SimulationRequest, generation: u64) -> f64 {
-        let trace = Arc::new(Trace::default());
+        let (model, drive) = (&request.model, &request.drive);
+        let trace = simulate(model, drive, request.duration, &request.options());
+        let trace = Arc::new(trace.unwrap());
         let compared = crate::app::simulation::experiments::compare_all(
-            &request.model,
-            &request.drive,
+            model,
+            drive,
             &trace,
             &request.overlays,
         );
-        let shown = Snapshot::new(generation, &request.model, trace, compared, Duration::ZERO);
+        let shown = Snapshot::new(generation, model, trace, compared, Duration::ZERO);
         let begun = Instant::now();
         loop {
             let complete = cache.complete(shown.clone(), request);

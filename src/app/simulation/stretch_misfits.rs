@@ -116,7 +116,10 @@ impl StretchMisfits {
         }
         let asked = Asked::of(request);
         self.cancel_unless(asked.as_ref());
-        let known = self.known.as_ref().filter(|(of, _)| Some(of) == asked.as_ref());
+        let known = self
+            .known
+            .as_ref()
+            .filter(|(of, _)| Some(of) == asked.as_ref());
         let mut complete = snapshot.clone();
         let mut changed = false;
         for comparison in &mut complete.comparisons {
@@ -289,16 +292,21 @@ mod tests {
     static MOST_AT_ONCE: AtomicUsize = AtomicUsize::new(0);
     static CANCELLED: AtomicUsize = AtomicUsize::new(0);
 
-    /// Ends late, also when it is cancelled.
+    /// Ends a while after it was cancelled; only that for the newest device ends by itself.
     fn slow(asked: &Asked, cancel: &AtomicBool) -> Found {
         let now = RUNNING.fetch_add(1, Ordering::SeqCst) + 1;
         MOST_AT_ONCE.fetch_max(now, Ordering::SeqCst);
-        std::thread::sleep(Duration::from_millis(150));
-        if cancel.load(Ordering::Relaxed) {
-            CANCELLED.fetch_add(1, Ordering::SeqCst);
-        }
-        RUNNING.fetch_sub(1, Ordering::SeqCst);
         let alpha = asked.model.parameters[ParameterId::Alpha];
+        let begun = Instant::now();
+        while alpha != 0.7 && begun.elapsed() < Duration::from_secs(60) {
+            if cancel.load(Ordering::Relaxed) {
+                CANCELLED.fetch_add(1, Ordering::SeqCst);
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_millis(150));
+        RUNNING.fetch_sub(1, Ordering::SeqCst);
         vec![Err(alpha.to_string()); asked.overlays.len()]
     }
 
@@ -339,7 +347,7 @@ mod tests {
         assert_eq!(complete.total_stretch_misfit(), None);
         assert!(!stretches.is_waiting());
         assert_eq!(MOST_AT_ONCE.load(Ordering::SeqCst), 1);
-        assert_eq!(CANCELLED.load(Ordering::SeqCst), 1);
+        assert!(CANCELLED.load(Ordering::SeqCst) >= 1);
     }
 
     #[test]
@@ -353,7 +361,10 @@ mod tests {
         };
         assert_eq!(usable_together(3, without(&[])), [Ok(3), Ok(3), Ok(3)]);
         let reason = Err("1 cannot be used".to_owned());
-        assert_eq!(usable_together(3, without(&[1])), [Ok(2), reason.clone(), Ok(2)]);
+        assert_eq!(
+            usable_together(3, without(&[1])),
+            [Ok(2), reason.clone(), Ok(2)]
+        );
         assert_eq!(usable_together(2, without(&[1])), [Ok(1), reason.clone()]);
         assert_eq!(usable_together(2, without(&[0, 1]))[1], reason);
     }
