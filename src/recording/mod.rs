@@ -145,8 +145,8 @@ type DriveResult = Result<Arc<MeasuredDrive>, DriveError>;
 /// Computed once. A clone starts empty: its channels may be changed.
 #[derive(Debug, Default)]
 struct Derived {
-    /// The drive as recognised.
-    drive: OnceLock<Option<DriveResult>>,
+    /// The drive by each reading of the voltage, in the order of [`DriveReading::ALL`].
+    drives: [OnceLock<Option<DriveResult>>; DriveReading::ALL.len()],
     /// Noise of each channel, in the order of [`Channel::ALL`].
     noise: [OnceLock<Result<NoiseEstimate, NoiseError>>; 3],
 }
@@ -358,27 +358,29 @@ impl Recording {
         Some(grid.collect())
     }
 
+    /// Whether a voltage was recorded that a drive can be made of: at least two values.
+    #[must_use]
+    pub fn has_voltage(&self) -> bool {
+        let voltage = self.voltage.iter().flatten();
+        voltage.filter(|v| v.is_finite()).nth(1).is_some()
+    }
+
     /// The drive that acted, from the recorded voltage; `None` if there are not two values of it.
-    /// What is recognised is kept.
+    /// Made once for each reading.
     #[must_use]
     pub fn drive(&self, reading: DriveReading) -> Option<DriveResult> {
         let make = || {
             let (time, volts) = self.drive_table()?;
             Some(measured_drive(&self.name, &time, &volts, reading).map(Arc::new))
         };
-        match reading {
-            DriveReading::Recognised => {
-                let slot = &self.derived.drive;
-                if let Some(drive) = slot.get() {
-                    return drive.clone();
-                }
-                // Made outside of the slot: it is made by several threads, and one that waits for
-                // the others may take up work that asks for this drive, too.
-                let drive = make();
-                slot.get_or_init(|| drive).clone()
-            }
-            _ => make(),
+        let slot = &self.derived.drives[reading as usize];
+        if let Some(drive) = slot.get() {
+            return drive.clone();
         }
+        // Made outside of the slot: it is made by several threads, and one that waits for the others
+        // may take up work that asks for this drive, too.
+        let drive = make();
+        slot.get_or_init(|| drive).clone()
     }
 
     /// The drive that acted, from [`Self::drive_source`]; `None` if that is a voltage that was not

@@ -11,6 +11,7 @@ use crate::app::simulation::kept::KeptRun;
 use crate::app::simulation::snapshot::Snapshot;
 use crate::app::workspaces::tune::differences::differences;
 use crate::model::Model;
+use crate::model::drive::DriveReading;
 
 /// Most parameters that a name is made of.
 const MAX_NAMED_PARAMETERS: usize = 3;
@@ -62,25 +63,27 @@ fn origin(services: &Services, snapshot: &Snapshot) -> RunOrigin {
             preset,
             drive: setup.drive.clone(),
             shift: 0.0,
+            reading: DriveReading::default(),
             duration: setup.duration,
             live: Some(snapshot.generation),
         };
     };
     let recorded = match &setup.drive {
         DriveChoice::Recorded(id) => {
-            let shift = services.recorded_drive.shift_of(*id, &drive);
-            shift.map(|shift| (*id, shift))
+            let making = services.recorded_drive.making_of(*id, &drive);
+            making.map(|making| (*id, making))
         }
         DriveChoice::Waveform(_) => None,
     };
-    let (drive, shift) = match recorded {
-        Some((id, shift)) => (DriveChoice::Recorded(id), shift),
-        None => (DriveChoice::Waveform(drive), 0.0),
+    let (drive, shift, reading) = match recorded {
+        Some((id, making)) => (DriveChoice::Recorded(id), making.shift, making.reading),
+        None => (DriveChoice::Waveform(drive), 0.0, DriveReading::default()),
     };
     RunOrigin {
         preset,
         drive,
         shift,
+        reading,
         duration,
         live: None,
     }

@@ -12,6 +12,7 @@ use super::job::Job;
 use super::sealed_trial::Trial;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::Role;
+use crate::app::simulation::recorded_drive::RecordedDriveCache;
 use crate::diagnose::findings::Remark;
 use crate::diagnose::{DiagnoseControl, DiagnoseOptions, DiagnoseProgress, Diagnosis, diagnose};
 use crate::fit::Part;
@@ -173,14 +174,18 @@ pub fn obstacle(setup: &Setup) -> Option<String> {
             "No recording is used for fitting. Choose \"fit\" for at least one.".to_owned(),
         );
     }
+    // A recording without voltage is under the drive of the simulation, if there is one.
     let driven = setup.preset.model.piezo.is_some();
-    let silent = used
-        .iter()
-        .find(|(o, role)| *role != Role::Unused && o.recording.voltage.is_none());
-    if let Some((overlay, _)) = silent.filter(|_| driven) {
+    let silent = used.iter().find(|(o, role)| {
+        let is_used = driven && *role != Role::Unused;
+        is_used && o.is_under_shared_drive() && !o.recording.has_voltage()
+    });
+    if let Some((overlay, _)) = silent
+        && let Err(reason) = RecordedDriveCache::default().resolve(setup)
+    {
         return Some(format!(
-            "{} has no voltage, but this device needs one. Choose \"ignore\" for it, or open a \
-             file with a column V.",
+            "{} has no voltage, and the drive of the simulation cannot be used in its place: \
+             {reason}. Choose \"ignore\" for it, or open a file with a column V.",
             overlay.recording.name
         ));
     }

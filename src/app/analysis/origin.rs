@@ -172,9 +172,14 @@ impl Origin {
     }
 }
 
-/// The drive of the simulation, if it can be used.
+/// The drive of the simulation, if any recording is under it and it can be used. A device without a
+/// piezo has none.
 pub(crate) fn shared_drive(setup: &Setup) -> Option<Waveform> {
-    RecordedDriveCache::default().resolve(setup).ok()
+    // Asked for in every frame, and made of a recording it is a copy of thousands of pieces.
+    let is_wanted = setup.preset.model.piezo.is_some()
+        && setup.overlays.iter().any(Overlay::is_under_shared_drive);
+    let resolve = || RecordedDriveCache::default().resolve(setup).ok();
+    is_wanted.then(resolve).flatten()
 }
 
 /// The recordings of a role as the person has set them up.
@@ -186,8 +191,8 @@ pub(crate) fn recordings(setup: &Setup, role: Role) -> Vec<Arc<Recording>> {
 }
 
 /// A recording as the person has set it up: its readings scaled and shifted, its drive, and what of
-/// its instrument is unknown. `shared` is the drive of the simulation; without one, a recording under
-/// it keeps its measured voltage.
+/// its instrument is unknown. `shared` is the drive of the simulation, which is also that of a recording
+/// without voltage; without one, a recording under it keeps its measured voltage.
 pub(crate) fn as_set_up(overlay: &Overlay, shared: Option<&Waveform>) -> Arc<Recording> {
     let alignment = &overlay.alignment;
     let drive = source(overlay, shared);
@@ -236,19 +241,19 @@ fn drive_text(overlay: &Overlay, shared: Option<&Waveform>) -> String {
 /// What drives a recording.
 fn source(overlay: &Overlay, shared: Option<&Waveform>) -> DriveSource {
     let (first, _) = overlay.recording.span();
-    match &overlay.drive {
-        OwnDrive::Measured(reading) => DriveSource::Measured(*reading),
-        OwnDrive::Chosen(waveform) => DriveSource::Waveform {
+    let shared = shared.filter(|_| overlay.is_under_shared_drive());
+    match (&overlay.drive, shared) {
+        // The simulation's t = 0 is that of the recording's times.
+        (OwnDrive::Shared | OwnDrive::Measured(_), Some(waveform)) => DriveSource::Waveform {
+            waveform: waveform.clone(),
+            start: 0.0,
+        },
+        (OwnDrive::Shared, None) => DriveSource::default(),
+        (OwnDrive::Measured(reading), None) => DriveSource::Measured(*reading),
+        (OwnDrive::Chosen(waveform), _) => DriveSource::Waveform {
             waveform: waveform.clone(),
             start: first,
         },
-        // The simulation's t = 0 is that of the recording's times.
-        OwnDrive::Shared => {
-            shared.map_or_else(DriveSource::default, |waveform| DriveSource::Waveform {
-                waveform: waveform.clone(),
-                start: 0.0,
-            })
-        }
     }
 }
 
@@ -256,6 +261,7 @@ fn source(overlay: &Overlay, shared: Option<&Waveform>) -> DriveSource {
 mod tests {
     use super::super::origin::*;
     use crate::app::files::built_in;
+    use crate::app::setup::drive_choice::DriveChoice;
     use crate::model::preset::Preset;
 
     #[test]
@@ -338,5 +344,30 @@ mod tests {
             shared.own_drive().unwrap().unwrap().text,
             waveform.to_string()
         );
+    }
+
+    #[test]
+    fn a_recording_without_voltage_is_under_the_drive_of_the_simulation() {
+        let mut setup = built_in::setup();
+        setup.overlays.truncate(1);
+        assert_eq!(shared_drive(&setup), None, "it has a drive of its own");
+        Arc::make_mut(&mut setup.overlays[0].recording).voltage = None;
+        let shared = shared_drive(&setup).unwrap();
+        let overlay = &setup.overlays[0];
+        let used = as_set_up(overlay, Some(&shared));
+        let drive = used.own_drive().unwrap().unwrap();
+        assert_eq!(drive.text, shared.to_string());
+        assert!(used.has_voltage());
+        assert_eq!(drive_text(overlay, Some(&shared)), shared.to_string());
+        // Another drive of the simulation is another drive of the recording.
+        let origin = Origin::of(&setup);
+        let mut changed = setup.clone();
+        let other = Waveform::parse("square:21Hz:5V", 1.0).unwrap();
+        changed.drive = DriveChoice::Waveform(other);
+        let said = origin.differences(&changed).unwrap();
+        assert!(said.contains("has another drive"), "{said}");
+        // A device without a piezo has no drive.
+        setup.preset = Preset::load("oscillator").unwrap();
+        assert_eq!(shared_drive(&setup), None);
     }
 }

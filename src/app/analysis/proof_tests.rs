@@ -42,7 +42,7 @@ fn the_accepted_device_has_the_misfits_of_the_proof_in_tune() {
         })
         .collect();
     let cancel = AtomicBool::new(false);
-    let shown = stretch_misfits(&diagnosis.model, &overlays, &Waveform::Rest, &cancel);
+    let shown = stretch_misfits(&diagnosis.model, &overlays, Some(&Waveform::Rest), &cancel);
     let mut off = Vec::new();
     for (used, shown) in answer.asked.recordings.iter().zip(shown) {
         let mut proofs = diagnosis.proof.iter();

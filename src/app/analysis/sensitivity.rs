@@ -83,6 +83,7 @@ impl PartialEq for Asked {
         let same = |(a, b): (&Experiment, &Experiment)| {
             Arc::ptr_eq(&a.recording, &b.recording)
                 && a.drive == b.drive
+                && a.start == b.start
                 && a.alignment == b.alignment
                 && a.priors == b.priors
                 && a.noise == b.noise
@@ -309,5 +310,35 @@ fn run_one(
     match simulate_while(model, drive, *span, &options, go_on)? {
         Some(trace) => experiment.compare(Arc::new(trace)).map(Some),
         None => Ok(None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::files::built_in;
+    use crate::app::simulation::experiments::experiment_of;
+    use crate::sim::StartState;
+
+    #[test]
+    fn another_start_is_another_question() {
+        let setup = built_in::setup();
+        let model = Arc::new(setup.preset.model.clone());
+        let overlay = &setup.overlays[0];
+        let asked = |start| {
+            let mut experiment = experiment_of(overlay, Waveform::Rest, 0.0);
+            experiment.start = start;
+            Asked {
+                model: Arc::clone(&model),
+                overlays: vec![overlay.id],
+                experiments: vec![experiment],
+                shared: vec![None],
+                probes: probes(&setup),
+            }
+        };
+        let start = StartState::of_model(&model).unwrap();
+        assert_eq!(asked(None), asked(None));
+        assert_eq!(asked(Some(start.clone())), asked(Some(start.clone())));
+        assert_ne!(asked(Some(start)), asked(None));
     }
 }

@@ -9,7 +9,7 @@ use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::kept_curve::{KeptCurve, RunOrigin, of_session};
 use crate::app::setup::overlay::{Overlay, Role};
 use crate::app::setup::view::{RecordingLayout, ResidualUnit};
-use crate::model::drive::{VoltageTable, Waveform};
+use crate::model::drive::{DriveReading, VoltageTable, Waveform};
 use crate::model::effects;
 use crate::model::effects::ActiveEffect;
 use crate::model::parameter::ParameterId;
@@ -303,6 +303,7 @@ fn kept(name: &str, color: usize, drive: DriveChoice) -> KeptCurve {
             preset: Preset::embedded("oscillator").unwrap(),
             drive,
             shift: 1.5e-3,
+            reading: Default::default(),
             duration: 0.3,
             live: None,
         }),
@@ -332,6 +333,8 @@ fn kept_curves_are_saved_with_names_colours_and_ticks() {
         ),
         kept("kept 1", 11, DriveChoice::Recorded(7)),
     ];
+    // Its curve does not change with how the recording's voltage is read later.
+    Arc::make_mut(&mut setup.kept[2].origin).reading = DriveReading::PointByPoint;
     save(&path, &setup, &View::default(), &[]).unwrap();
     let loaded = load(&path).unwrap();
     assert_eq!(loaded.setup.kept, setup.kept);
@@ -409,6 +412,7 @@ fn any_kept() -> impl Strategy<Value = KeptCurve> {
                             amplitude: 8.0,
                         }),
                         shift,
+                        reading: Default::default(),
                         duration,
                         live: None,
                     }),

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::drive_choice::DriveChoice;
 use super::drive_text::DriveEntry;
+use crate::model::drive::DriveReading;
 use crate::model::preset::Preset;
 
 /// Most curves that are kept at a time: more can be distinguished neither by colour nor by line.
@@ -24,6 +25,8 @@ pub struct RunOrigin {
     /// Time shift of the recording that supplied the drive \[s\]. It is stored because the
     /// recording may be shifted later.
     pub shift: f64,
+    /// How the voltage of that recording was read, which may be changed later, too.
+    pub reading: DriveReading,
     /// Simulated span \[s\].
     pub duration: f64,
     /// Number of the live result that was kept. A live run cannot be repeated: it is lost when
@@ -74,12 +77,19 @@ struct Entry {
     duration: f64,
     #[serde(default)]
     shift: f64,
+    #[serde(default, skip_serializing_if = "is_usual")]
+    reading: DriveReading,
     preset: String,
     drive: DriveEntry,
 }
 
 fn unnamed() -> String {
     numbered_name(&[])
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref)]
+fn is_usual(reading: &DriveReading) -> bool {
+    *reading == DriveReading::default()
 }
 
 fn visible() -> bool {
@@ -92,6 +102,7 @@ impl From<KeptCurve> for Entry {
         Self {
             duration: origin.duration,
             shift: origin.shift,
+            reading: origin.reading,
             preset: origin.preset.to_toml(),
             drive: DriveEntry::of(&origin.drive),
             name: curve.name,
@@ -111,6 +122,7 @@ impl TryFrom<Entry> for KeptCurve {
             visible,
             duration,
             shift,
+            reading,
             preset,
             drive,
         } = entry;
@@ -129,6 +141,7 @@ impl TryFrom<Entry> for KeptCurve {
                 preset,
                 drive: drive.read(duration)?,
                 shift,
+                reading,
                 duration,
                 live: None,
             }),
@@ -217,6 +230,7 @@ mod tests {
                 preset: Preset::default(),
                 drive: DriveChoice::Waveform(Waveform::Rest),
                 shift: 0.0,
+                reading: DriveReading::default(),
                 duration: 0.4,
                 live: None,
             }),

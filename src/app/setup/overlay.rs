@@ -107,7 +107,34 @@ impl PartialEq for Overlay {
     }
 }
 
+/// Whether all that is computed of two lists of recordings is the same.
+#[must_use]
+pub fn have_same_numbers(a: &[Overlay], b: &[Overlay]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.has_same_numbers(b))
+}
+
 impl Overlay {
+    /// Whether all that is computed of both is the same. Colour and role say how a recording is drawn
+    /// and what it is used for, and change no number.
+    #[must_use]
+    pub fn has_same_numbers(&self, other: &Self) -> bool {
+        self.id == other.id
+            && self.visible == other.visible
+            && self.alignment == other.alignment
+            && self.drive == other.drive
+            && self.estimates == other.estimates
+    }
+
+    /// Whether its run is that of the simulation: it is told so, or has no voltage of its own.
+    #[must_use]
+    pub fn is_under_shared_drive(&self) -> bool {
+        match self.drive {
+            OwnDrive::Shared => true,
+            OwnDrive::Measured(_) => !self.recording.has_voltage(),
+            OwnDrive::Chosen(_) => false,
+        }
+    }
+
     /// How its measured voltage is read.
     #[must_use]
     pub fn reading(&self) -> DriveReading {
@@ -115,5 +142,27 @@ impl Overlay {
             OwnDrive::Measured(reading) => reading,
             OwnDrive::Shared | OwnDrive::Chosen(_) => DriveReading::Recognised,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::files::built_in;
+
+    #[test]
+    fn a_colour_or_a_role_changes_no_number() {
+        let before = built_in::setup().overlays;
+        let mut after = before.clone();
+        after[0].color += 1;
+        after[0].role = Some(Role::HeldOut);
+        assert_ne!(before, after);
+        assert!(have_same_numbers(&before, &after));
+        assert!(!have_same_numbers(&before, &after[1..]));
+        let mut hidden = before.clone();
+        hidden[0].visible = !hidden[0].visible;
+        assert!(!have_same_numbers(&before, &hidden));
+        after[0].estimates.scales = true;
+        assert!(!have_same_numbers(&before, &after));
     }
 }

@@ -166,6 +166,7 @@ impl ExperimentCache {
 }
 
 /// Compares every visible recording, once.
+#[cfg(test)]
 pub fn compare_all(
     model: &Arc<Model>,
     drive: &Waveform,

@@ -9,16 +9,55 @@ use std::time::{Duration, Instant};
 use super::request::SimulationRequest;
 use super::snapshot::Snapshot;
 use crate::app::setup::overlay::{Overlay, OverlayId};
+use crate::app::setup::own_drive::OwnDrive;
 use crate::model::Model;
-use crate::model::drive::{DriveReading, Waveform};
+use crate::model::drive::Waveform;
 use crate::model::parameter::ParameterId;
 use crate::recording::features::{FeatureOptions, Features, features, recording_features};
 use crate::recording::{Recording, TimeAxis};
 use crate::sim::Trace;
 
+/// What the period of a recording's features comes from.
+#[derive(Debug, Clone, PartialEq)]
+struct PeriodSource {
+    drive: OwnDrive,
+    /// Period of the simulation's drive \[s\], for a recording that is under it.
+    shared: Option<f64>,
+}
+
+impl PeriodSource {
+    fn of(overlay: &Overlay, request: &SimulationRequest) -> Self {
+        let is_shared = request.model.piezo.is_some() && overlay.is_under_shared_drive();
+        Self {
+            drive: overlay.drive.clone(),
+            shared: is_shared.then(|| request.drive.period()).flatten(),
+        }
+    }
+
+    /// The period \[s\]; `None` if there is none.
+    fn period(&self, recording: &Recording) -> Option<f64> {
+        match &self.drive {
+            OwnDrive::Chosen(waveform) => waveform.period(),
+            OwnDrive::Shared => self.shared,
+            OwnDrive::Measured(reading) => match recording.drive(*reading) {
+                Some(drive) => drive.ok()?.period(),
+                None => self.shared,
+            },
+        }
+    }
+}
+
+/// Features of one recording.
+#[derive(Debug)]
+struct Entry {
+    of: PeriodSource,
+    /// `None` while they are being computed.
+    features: Option<Arc<Features>>,
+}
+
 /// Features of recordings and of the last run.
 pub struct FeatureCache {
-    known: HashMap<OverlayId, Option<Arc<Features>>>,
+    known: HashMap<OverlayId, Entry>,
     done: Receiver<(OverlayId, Arc<Features>)>,
     send: Sender<(OverlayId, Arc<Features>)>,
     repaint: Box<dyn Fn() -> Box<dyn Fn() + Send> + Send>,
@@ -48,7 +87,7 @@ impl FeatureCache {
 
     /// Whether features of a recording are still being computed.
     pub fn is_waiting(&self) -> bool {
-        self.known.values().any(Option::is_none)
+        self.known.values().any(|entry| entry.features.is_none())
     }
 
     /// The snapshot with all features known now, or `None` if it has them already.
@@ -58,12 +97,15 @@ impl FeatureCache {
         request: &SimulationRequest,
     ) -> Option<Snapshot> {
         for (id, features) in self.done.try_iter() {
-            self.known.insert(id, Some(features));
+            if let Some(entry) = self.known.get_mut(&id) {
+                entry.features = Some(features);
+            }
         }
         for overlay in &request.overlays {
-            self.ask(overlay);
+            self.ask(overlay, request);
         }
-        let ready = self.known.values().flatten().count();
+        let ready = self.known.values();
+        let ready = ready.filter(|entry| entry.features.is_some()).count();
         if self.finished == Some((snapshot.generation, ready)) {
             return None;
         }
@@ -71,7 +113,8 @@ impl FeatureCache {
             snapshot.features = Some(Arc::new(simulated_features(&snapshot, request)));
         }
         for comparison in &mut snapshot.comparisons {
-            comparison.features = self.known.get(&comparison.id).cloned().flatten();
+            let known = self.known.get(&comparison.id);
+            comparison.features = known.and_then(|entry| entry.features.clone());
         }
         self.finished = Some((snapshot.generation, ready));
         Some(snapshot)
@@ -94,20 +137,26 @@ impl FeatureCache {
         self.live = Some(found);
     }
 
-    fn ask(&mut self, overlay: &Overlay) {
-        if self.known.contains_key(&overlay.id) {
+    fn ask(&mut self, overlay: &Overlay, request: &SimulationRequest) {
+        let of = PeriodSource::of(overlay, request);
+        if let Some(entry) = self.known.get(&overlay.id)
+            // What is being computed ends first, so that a drag starts no crowd of computations.
+            && (entry.of == of || entry.features.is_none())
+        {
             return;
         }
-        self.known.insert(overlay.id, None);
+        let features = None;
+        let entry = Entry {
+            of: of.clone(),
+            features,
+        };
+        self.known.insert(overlay.id, entry);
         let recording: Arc<Recording> = Arc::clone(&overlay.recording);
         let (id, send) = (overlay.id, self.send.clone());
         let repaint = (self.repaint)();
         rayon::spawn(move || {
-            let drive = recording
-                .drive(DriveReading::Recognised)
-                .and_then(Result::ok);
             let options = FeatureOptions {
-                period: drive.and_then(|drive| drive.period()),
+                period: of.period(&recording),
                 ..FeatureOptions::default()
             };
             let features = recording_features(&recording, &options);
@@ -140,4 +189,68 @@ pub(super) fn features_of_run(trace: &Trace, model: &Model, drive: &Waveform) ->
         &trace.proof_mass,
         &options,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::files::built_in;
+    use crate::app::setup::drive_choice::Mode;
+    use crate::model::drive::DriveReading;
+    use crate::sim::simulate;
+
+    /// The period of the first recording's features \[s\].
+    fn period(cache: &mut FeatureCache, request: &SimulationRequest, generation: u64) -> f64 {
+        let (model, drive) = (&request.model, &request.drive);
+        let trace = simulate(model, drive, request.duration, &request.options());
+        let trace = Arc::new(trace.unwrap());
+        let compared = crate::app::simulation::experiments::compare_all(
+            model,
+            drive,
+            &trace,
+            &request.overlays,
+        );
+        let shown = Snapshot::new(generation, model, trace, compared, Duration::ZERO);
+        let begun = Instant::now();
+        loop {
+            let complete = cache.complete(shown.clone(), request);
+            let features = complete.and_then(|c| c.comparisons[0].features.clone());
+            if let Some(features) = features {
+                return features.period.clone().unwrap();
+            }
+            assert!(cache.is_waiting() && begun.elapsed() < Duration::from_secs(60));
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    #[test]
+    fn the_period_of_features_is_that_of_the_chosen_drive() {
+        let mut setup = built_in::setup();
+        setup.overlays.truncate(1);
+        let mut request = SimulationRequest {
+            model: Arc::new(setup.preset.model.clone()),
+            drive: Waveform::parse("square:20Hz:8V", 0.1).unwrap(),
+            duration: 0.1,
+            forces: false,
+            overlays: setup.overlays,
+            mode: Mode::WholeSpan,
+            slow_down: 0.1,
+            paused: false,
+            scrub: None,
+            restarts: 0,
+            steps: 0,
+        };
+        let recording = Arc::clone(&request.overlays[0].recording);
+        let recognised = recording.drive(DriveReading::Recognised).unwrap().unwrap();
+        let own = recognised.period().unwrap();
+        let mut cache = FeatureCache::new(|| {});
+        assert_eq!(period(&mut cache, &request, 1), own);
+        let chosen = Waveform::parse("square:25Hz:8V", 0.1).unwrap();
+        request.overlays[0].drive = OwnDrive::Chosen(chosen);
+        assert_eq!(period(&mut cache, &request, 2), 1.0 / 25.0);
+        request.overlays[0].drive = OwnDrive::Shared;
+        assert_eq!(period(&mut cache, &request, 3), 1.0 / 20.0);
+        request.overlays[0].drive = OwnDrive::default();
+        assert_eq!(period(&mut cache, &request, 4), own);
+    }
 }

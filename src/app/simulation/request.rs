@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use crate::app::setup::drive_choice::Mode;
-use crate::app::setup::overlay::Overlay;
+use crate::app::setup::overlay::{Overlay, have_same_numbers};
 use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::sim::Options;
 
 /// Everything a result depends on. A request equal to the last one is not sent.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct SimulationRequest {
     /// The device.
     pub model: Arc<Model>,
@@ -33,6 +33,19 @@ pub struct SimulationRequest {
     pub restarts: u64,
     /// How many single steps were requested.
     pub steps: u64,
+}
+
+impl PartialEq for SimulationRequest {
+    fn eq(&self, other: &Self) -> bool {
+        self.same_run(other)
+            && have_same_numbers(&self.overlays, &other.overlays)
+            && self.mode == other.mode
+            && self.slow_down == other.slow_down
+            && self.paused == other.paused
+            && self.scrub == other.scrub
+            && self.restarts == other.restarts
+            && self.steps == other.steps
+    }
 }
 
 impl SimulationRequest {

@@ -59,8 +59,8 @@ pub struct OverlayComparison {
     pub drive_text: Option<String>,
     /// Its own run; `None` if it was compared with the simulation itself.
     pub own: Option<OwnRun>,
-    /// The misfit over its stretches, once it is computed.
-    pub stretches: Option<StretchMisfit>,
+    /// The misfit over its stretches or why there is none, once it is computed.
+    pub stretches: Option<Result<StretchMisfit, String>>,
 }
 
 /// The run of a recording under its own drive.
@@ -136,12 +136,12 @@ impl Snapshot {
         total_misfit(&parts)
     }
 
-    /// The same over the stretches; `None` until all are computed.
+    /// The same over the stretches; `None` until all are computed, or if one has none.
     pub fn total_stretch_misfit(&self) -> Option<f64> {
         let compared = self.comparisons.iter().filter(|c| c.misfit().is_some());
         let parts: Option<Vec<(f64, usize)>> = compared
             .map(|c| {
-                let all = c.stretches.as_ref()?;
+                let all = c.stretches.as_ref()?.as_ref().ok()?;
                 Some((all.distance.rms / all.noise, all.samples))
             })
             .collect();

@@ -197,8 +197,8 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
     /// next request.
     fn serve(&mut self, request: Option<SimulationRequest>) -> Option<Duration> {
         let fresh = request.is_some();
-        if fresh {
-            self.stretches.cancel();
+        if let Some(request) = &request {
+            self.stretches.cancel_unless_asked(request);
         }
         let request = request.or_else(|| self.last.clone())?;
         let patience = match request.mode {

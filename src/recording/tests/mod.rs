@@ -206,3 +206,22 @@ fn axes_name_their_samples() {
     assert!(axis.covers(4) && !axis.covers(5));
     assert!(!TimeAxis::Uniform { t0: 0.0, dt: 0.0 }.covers(1));
 }
+
+#[test]
+fn a_drive_is_made_once_for_each_reading() {
+    let r = recording();
+    assert!(r.has_voltage());
+    for (index, reading) in DriveReading::ALL.into_iter().enumerate() {
+        assert_eq!(reading as usize, index);
+        let first = r.drive(reading).unwrap().unwrap();
+        let again = r.drive(reading).unwrap().unwrap();
+        assert!(Arc::ptr_eq(&first, &again), "{reading:?}");
+    }
+    // A clone may get another voltage: it makes its own.
+    let mut changed = r.clone();
+    changed.voltage = Some(vec![f64::NAN, f64::NAN, 3.0, f64::NAN, f64::NAN, f64::NAN]);
+    assert!(!changed.has_voltage());
+    for reading in DriveReading::ALL {
+        assert!(changed.drive(reading).is_none());
+    }
+}

@@ -108,6 +108,7 @@ fn keep(state: &mut State, name: &str) {
         preset: state.setup.preset.clone(),
         drive: state.setup.drive.clone(),
         shift: state.setup.kept.len() as f64,
+        reading: Default::default(),
         duration: state.setup.duration,
         live: None,
     });

@@ -11,10 +11,10 @@ use super::runs::KeptRun;
 use crate::app::analysis::job::{in_own_pool, panic_text};
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
 use crate::app::setup::kept_curve::{RunOrigin, same_origin};
-use crate::app::setup::overlay::Overlay;
+use crate::app::setup::overlay::{Overlay, have_same_numbers};
 use crate::app::simulation::experiments::{ExperimentCache, SharedRun};
 use crate::app::simulation::features::features_of_run;
-use crate::app::simulation::recorded_drive::recorded_drive;
+use crate::app::simulation::recorded_drive::{DriveMaking, recorded_drive};
 use crate::app::simulation::request::SimulationRequest;
 use crate::app::simulation::snapshot::Snapshot;
 use crate::model::Model;
@@ -42,12 +42,18 @@ impl PartialEq for KeptTask {
 }
 
 /// The curves whose numbers are wanted, and the recordings that they are compared with.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct KeptRequest {
     /// Curves that can be simulated.
     pub curves: Vec<KeptTask>,
     /// All recordings; the visible ones are compared.
     pub overlays: Vec<Overlay>,
+}
+
+impl PartialEq for KeptRequest {
+    fn eq(&self, other: &Self) -> bool {
+        self.curves == other.curves && have_same_numbers(&self.overlays, &other.overlays)
+    }
 }
 
 #[derive(Debug, Default)]
@@ -221,7 +227,8 @@ impl<R: Fn() + Send + 'static> Engine<R> {
             },
         };
         let entry = &mut self.entries[i];
-        if entry.compared.as_deref() == Some(overlays) {
+        let before = entry.compared.as_deref();
+        if before.is_some_and(|before| have_same_numbers(before, overlays)) {
             return Ok(());
         }
         entry.compared = None;
@@ -348,7 +355,13 @@ fn drive_of(origin: &RunOrigin, overlays: &[Overlay]) -> Result<Waveform, String
     match &origin.drive {
         DriveChoice::Waveform(waveform) => Ok(waveform.clone()),
         DriveChoice::Recorded(id) => match overlays.iter().find(|o| o.id == *id) {
-            Some(overlay) => recorded_drive(overlay, origin.shift),
+            Some(overlay) => {
+                let making = DriveMaking {
+                    shift: origin.shift,
+                    reading: origin.reading,
+                };
+                recorded_drive(overlay, making)
+            }
             None => Err(
                 "the recording that supplied its drive is missing; load it again, or remove the curve"
                     .to_owned(),

@@ -1,7 +1,10 @@
 use crate::app::files::built_in;
 use crate::app::setup::current_setup::Setup;
+use crate::app::setup::overlay::Role;
+use crate::app::setup::own_drive::OwnDrive;
 use crate::app::simulation::experiments::compare_all;
 use crate::app::simulation::kept::worker::*;
+use crate::model::drive::DriveReading;
 use crate::model::effects::{ActiveEffect, EffectSpec, Need};
 use crate::model::parameter::ParameterId;
 
@@ -11,6 +14,7 @@ fn origin(setup: &Setup) -> Arc<RunOrigin> {
         preset: setup.preset.clone(),
         drive: setup.drive.clone(),
         shift: 0.0,
+        reading: Default::default(),
         duration: 0.1,
         live: None,
     })
@@ -140,4 +144,36 @@ fn what_cannot_be_shown_gives_its_reason_and_the_thread_goes_on() {
     let good = origin(&setup);
     worker.send(request(&[&refused, &good], &setup.overlays));
     wait(&worker, &good, |_| true).unwrap();
+}
+
+#[test]
+fn a_kept_curve_keeps_the_reading_of_its_voltage() {
+    let mut setup = built_in::setup();
+    let id = setup.overlays[0].id;
+    let with = |reading| RunOrigin {
+        drive: DriveChoice::Recorded(id),
+        reading,
+        ..(*origin(&setup)).clone()
+    };
+    let (points, recognised) = (
+        with(DriveReading::PointByPoint),
+        with(DriveReading::Recognised),
+    );
+    let before = drive_of(&points, &setup.overlays).unwrap();
+    assert_ne!(before, drive_of(&recognised, &setup.overlays).unwrap());
+    setup.overlays[0].drive = OwnDrive::Measured(DriveReading::Smoothed);
+    assert_eq!(drive_of(&points, &setup.overlays).unwrap(), before);
+}
+
+#[test]
+fn a_colour_or_a_role_asks_for_nothing_new() {
+    let setup = built_in::setup();
+    let origin = origin(&setup);
+    let before = request(&[&origin], &setup.overlays);
+    let mut after = before.clone();
+    after.overlays[0].color += 1;
+    after.overlays[0].role = Some(Role::HeldOut);
+    assert_eq!(before, after);
+    after.overlays[0].alignment.time_shift += 1e-4;
+    assert_ne!(before, after);
 }

@@ -13,6 +13,7 @@ use crate::app::setup::overlay::OverlayId;
 use crate::app::simulation::snapshot::{OverlayComparison, Snapshot};
 use crate::app::state::State;
 use crate::app::widgets::text::{name_of, small};
+use crate::diagnose::StretchMisfit;
 use crate::model::unit::{counted, format_number, format_quantity};
 use crate::sim::{EventKind, StartState};
 
@@ -102,9 +103,8 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
                     }
                 });
                 if let Some(stretches) = &entry.stretches {
-                    let rms = format_quantity(stretches.distance.rms, "m", 3);
-                    let times = format_number(stretches.distance.rms / stretches.noise, 3);
-                    ui.label(small(format!("between impacts: rms {rms}, {times} x noise")))
+                    let text = between_impacts(stretches);
+                    ui.label(small(format!("between impacts: {text}")))
                         .on_hover_text("The recording is cut into stretches at impacts and every few periods; each is started where the readings are. This is the number of Diagnose's proof. It does not add up how an impact that comes a little late spoils the rest of a whole run.");
                 }
                 instrument(ui, state, entry);
@@ -123,6 +123,18 @@ fn residuals(ui: &mut Ui, state: &State, snapshot: &Snapshot) {
                 ui.label(small(reason).color(ui.visuals().warn_fg_color));
             }
         }
+    }
+}
+
+/// The misfit over the stretches, or why there is none.
+fn between_impacts(stretches: &Result<StretchMisfit, String>) -> String {
+    match stretches {
+        Ok(found) => {
+            let rms = format_quantity(found.distance.rms, "m", 3);
+            let times = format_number(found.distance.rms / found.noise, 3);
+            format!("rms {rms}, {times} x noise")
+        }
+        Err(reason) => reason.clone(),
     }
 }
 

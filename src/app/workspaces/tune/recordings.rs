@@ -227,7 +227,7 @@ fn own_drive(ui: &mut Ui, overlay: &mut Overlay, shared: &Option<Waveform>, can_
     if !can_drive {
         return;
     }
-    let measured = overlay.recording.voltage.is_some();
+    let measured = overlay.recording.has_voltage();
     let now = match &overlay.drive {
         OwnDrive::Measured(reading) if measured => format!("its voltage: {}", reading.label()),
         OwnDrive::Measured(_) | OwnDrive::Shared => SHARED_DRIVE.to_owned(),

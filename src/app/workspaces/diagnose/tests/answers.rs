@@ -71,6 +71,9 @@ fn one_without_voltage_is_named() {
     let mut silent = state.setup.overlays[1].recording.as_ref().clone();
     silent.voltage = None;
     state.setup.overlays[1].recording = silent.into();
+    // It is under the drive of the simulation, unless it has to supply that itself.
+    assert_eq!(obstacle(&state.setup), None);
+    state.setup.drive = DriveChoice::Recorded(state.setup.overlays[1].id);
     let text = obstacle(&state.setup).unwrap();
     assert!(text.starts_with("b.csv has no voltage"), "{text}");
     state.setup.overlays[1].role = Some(Role::Unused);

@@ -1,5 +1,7 @@
 //! Effects, presets, drive editor, recordings, readouts, transport.
 
+use std::sync::Arc;
+
 use eframe::egui::accesskit::Role;
 use egui_kittest::kittest::Queryable;
 
@@ -232,6 +234,14 @@ fn transport_runs_scrubs_and_follows() {
     harness.get_by_label("Follow").click();
     harness.run_steps(3);
     assert_eq!(harness.state().scrub, None);
+}
+
+#[test]
+fn why_there_is_no_number_between_impacts_is_said() {
+    let mut state = full();
+    let shown = Arc::make_mut(state.snapshot.as_mut().unwrap());
+    shown.comparisons[0].stretches = Some(Err("it is too short".to_owned()));
+    assert!(says(&harness(state), "between impacts: it is too short"));
 }
 
 #[test]

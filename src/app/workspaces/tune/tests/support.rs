@@ -117,6 +117,7 @@ pub fn keep(state: &mut State, name: &str, rms: f64) {
         preset: state.setup.preset.clone(),
         drive: state.setup.drive.clone(),
         shift: 0.0,
+        reading: Default::default(),
         duration: state.setup.duration,
         live: None,
     });
