@@ -7,9 +7,10 @@ use super::source::{Tree, is_test, line, words};
 use super::uses::{Modules, module, uses};
 
 /// The floors, from the bottom up.
-const FLOORS: [&str; 10] = [
+const FLOORS: [&str; 11] = [
     "atomic_write",
     "part_files",
+    "static_text",
     "model",
     "sim",
     "recording",

@@ -439,7 +439,11 @@ fn every_effect_takes_a_bounded_number_of_steps_at_its_extremes() {
                 let case = format!("{}.{} = {value:e}", spec.id, parameter.id);
                 assert!(trace.steps <= MOST, "{case}: {} steps", trace.steps);
                 if let Err(SimError::TooMuchWork { parameter, .. }) = outcome {
-                    assert_eq!(parameter, spec.id, "{case}");
+                    // A mode of an effect may be so fast that steps of the usual length are too many.
+                    assert!(
+                        [spec.id, "duration"].contains(&parameter),
+                        "{case}: {parameter}"
+                    );
                     given_up.push(case);
                 }
             }

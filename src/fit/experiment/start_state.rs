@@ -63,28 +63,8 @@ pub fn estimate_start(
     experiment: &Experiment,
     model: &Model,
 ) -> Result<Option<FoundStart>, FitError> {
-    let mut recording = experiment.recording.as_ref().clone();
+    let recording = set_up(experiment);
     let (first, _) = recording.span();
-    let alignment = &experiment.alignment;
-    let scale = |values: &mut [f64], channel| {
-        for x in values {
-            *x = alignment.value(channel, *x);
-        }
-    };
-    scale(&mut recording.proof_mass, Channel::ProofMass);
-    if let Some(values) = &mut recording.cantilever {
-        scale(values, Channel::Cantilever);
-    }
-    recording.instrument = experiment.priors.map(|priors| InstrumentUnknowns {
-        zeros: priors.zeros,
-        scale: priors.scale,
-        clock: priors.clock,
-        lag: -alignment.time_shift,
-    });
-    recording.drive_source = DriveSource::Waveform {
-        waveform: experiment.drive.clone(),
-        start: first,
-    };
     let recording = Arc::new(recording);
     let options = FitOptions::for_model(model);
     let simulator = StretchSimulator::new(model, &crate::sim::Options::default())?;
@@ -169,6 +149,33 @@ pub fn estimate_start(
             || moves_at_once(&recording, end / 2, sigmas),
         remaining,
     }))
+}
+
+/// The experiment's recording under its drive, readings aligned.
+fn set_up(experiment: &Experiment) -> Recording {
+    let mut recording = experiment.recording.as_ref().clone();
+    let (first, _) = recording.span();
+    let alignment = &experiment.alignment;
+    let scale = |values: &mut [f64], channel| {
+        for x in values {
+            *x = alignment.value(channel, *x);
+        }
+    };
+    scale(&mut recording.proof_mass, Channel::ProofMass);
+    if let Some(values) = &mut recording.cantilever {
+        scale(values, Channel::Cantilever);
+    }
+    recording.instrument = experiment.priors.map(|priors| InstrumentUnknowns {
+        zeros: priors.zeros,
+        scale: priors.scale,
+        clock: priors.clock,
+        lag: -alignment.time_shift,
+    });
+    recording.drive_source = DriveSource::Waveform {
+        waveform: experiment.drive.clone(),
+        start: first,
+    };
+    recording
 }
 
 /// Whether the first readings have a velocity, whatever the device: noise is `(xp, xc)` \[m\], and no

@@ -225,26 +225,8 @@ pub fn guide(
             may_be_the_device: bounces_unread || releases_unread,
         })
     };
-    let asked = |step: Step, by: Result<Vec<String>, StepError>| Allowance {
-        step,
-        by: by.map_err(|error| {
-            let (reason, record) = match error {
-                StepError::Unsuited { reason, .. } => (reason, Some(step.recipe())),
-                StepError::Fit(FitError::NoRecording) => {
-                    ("there is no recording".to_owned(), Some(step.recipe()))
-                }
-                other => (other.to_string(), None),
-            };
-            Missing {
-                reason,
-                record,
-                may_be_the_device: match step {
-                    Step::Restitution => bounces_unread,
-                    Step::Adhesion => releases_unread,
-                    Step::Drive | Step::Film | Step::Sensitivity => false,
-                },
-            }
-        }),
+    let asked = |step: Step, by: Result<Vec<String>, StepError>| {
+        allowance(step, by, (bounces_unread, releases_unread))
     };
     Guidance {
         allowances: vec![
@@ -261,6 +243,34 @@ pub fn guide(
         readings: read.ok().filter(|_| sampled.is_none()),
         sampled,
     }
+}
+
+/// What a step may use, or what is missing; `unread` says whether bounces and releases were seen that
+/// the device does not follow.
+fn allowance(
+    step: Step,
+    by: Result<Vec<String>, StepError>,
+    (bounces_unread, releases_unread): (bool, bool),
+) -> Allowance {
+    let by = by.map_err(|error| {
+        let (reason, record) = match error {
+            StepError::Unsuited { reason, .. } => (reason, Some(step.recipe())),
+            StepError::Fit(FitError::NoRecording) => {
+                ("there is no recording".to_owned(), Some(step.recipe()))
+            }
+            other => (other.to_string(), None),
+        };
+        Missing {
+            reason,
+            record,
+            may_be_the_device: match step {
+                Step::Restitution => bounces_unread,
+                Step::Adhesion => releases_unread,
+                Step::Drive | Step::Film | Step::Sensitivity => false,
+            },
+        }
+    });
+    Allowance { step, by }
 }
 
 /// That the model is `off` by too many times the noise where the mass hardly

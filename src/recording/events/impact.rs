@@ -23,6 +23,8 @@ const MAX_SLOPE_ERROR: f64 = 0.03;
 /// A side whose samples lie farther from its polynomial than this needs a higher degree [standard
 /// deviations of the noise].
 const MAX_MISS_SIGMAS: f64 = 3.0;
+/// The slope of that degree must be certain to this share: noise would be followed else.
+const MAX_BENT_SLOPE_ERROR: f64 = 0.1;
 /// A change of speed below this share of the arriving speed is no impact.
 const MIN_CHANGE_SHARE: f64 = 0.3;
 /// Departures faster than this share of the arrival are thrown, not bounced.
@@ -250,8 +252,13 @@ impl Curve {
             if (misses / freedom).sqrt() <= MAX_MISS_SIGMAS * noise {
                 break;
             }
+            let higher = of_degree(degree + 1)?;
+            // With noise it may say less of the slope than the miss does.
+            if higher.slope_error > MAX_BENT_SLOPE_ERROR * higher.slope(0.0).abs() {
+                break;
+            }
             degree += 1;
-            chosen = of_degree(degree)?;
+            chosen = higher;
         }
         let lower = of_degree(degree - 1).map_or(f64::NAN, |c| c.slope(0.0));
         let change = chosen.slope(0.0) - lower;

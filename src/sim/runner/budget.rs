@@ -1,9 +1,13 @@
 //! Bounds on the work of a run, and what causes most of it.
 
-use super::Runner;
 use super::pace::STEPS_PER_PIECE;
+use super::{Phase, Runner};
 use crate::sim::error::{Burden, SimError};
 use crate::sim::trace::Trace;
+
+/// Distance from which a mass runs away, in units of the farthest it has been in the first half of the
+/// run.
+const RUNAWAY_DISTANCE: f64 = 100.0;
 
 impl Runner {
     /// What causes most of the work.
@@ -33,9 +37,22 @@ impl Runner {
         trace.steps += 1;
         let hardly_advances = !self.pace.allows(self.t) && self.options.fixed_step.is_none();
         if self.steps > self.options.max_steps || hardly_advances {
-            return Err(self.too_much("steps", self.steps));
+            return Err(if self.runs_away(trace) {
+                SimError::diverged(self.t)
+            } else {
+                self.too_much("steps", self.steps)
+            });
         }
         Ok(())
+    }
+
+    /// Whether the mass is far beyond where it was before, and leaving: ever shorter steps would
+    /// follow it without end.
+    fn runs_away(&self, trace: &Trace) -> bool {
+        let (x, v) = self.proof_mass();
+        let usual = trace.proof_mass.iter().take(trace.len() / 2);
+        let farthest = usual.fold(0.0, |far: f64, x| far.max(x.abs()));
+        self.phase == Phase::Flight && x * v > 0.0 && x.abs() > RUNAWAY_DISTANCE * farthest
     }
 
     /// The error of a run that took too many steps or events.
