@@ -10,11 +10,12 @@ use super::min_max_pyramid::Pyramid;
 use super::snapshot::{OverlayComparison, OwnRun};
 use crate::app::setup::overlay::{Estimates, Overlay, OverlayId};
 use crate::app::setup::own_drive::OwnDrive;
+use crate::diagnose::data::noise_model::pool_noise;
 use crate::fit::experiment::{Experiment, ExperimentResult, InstrumentPriors, Questions, decide};
 use crate::model::Model;
 use crate::model::drive::Waveform;
-use crate::recording::Recording;
 use crate::recording::measured_drive::MeasuredDrive;
+use crate::recording::{Channel, Recording};
 use crate::sim::{StartState, Trace};
 
 /// The simulation that recordings without a drive of their own are compared with.
@@ -84,6 +85,7 @@ impl ExperimentCache {
         }
         let visible: Vec<&Overlay> = overlays.iter().filter(|o| o.visible).collect();
         let (this, kind) = (&*self, kind_of(model));
+        let noise = common_noise(overlays);
         let compared: Vec<Option<OverlayComparison>> = visible
             .par_iter()
             .map(|overlay| {
@@ -98,10 +100,11 @@ impl ExperimentCache {
                         .find(same)
                         .map(|run| Arc::clone(&run.trace))
                 };
+                let decided = this.decided_of(overlay, &kind);
                 compare_one(
                     shared,
-                    overlay,
-                    this.decided_of(overlay, &kind),
+                    (overlay, noise_of(overlay, &noise)),
+                    decided,
                     known,
                     &go_on,
                 )
@@ -132,11 +135,13 @@ impl ExperimentCache {
     ) -> Option<Vec<OverlayComparison>> {
         let visible: Vec<&Overlay> = overlays.iter().filter(|o| o.visible).collect();
         let (this, kind) = (&*self, kind_of(model));
+        let noise = common_noise(overlays);
         let better: Vec<Option<(Decided, OverlayComparison)>> = visible
             .par_iter()
             .map(|overlay| {
                 let before = compared.iter().find(|c| c.id == overlay.id)?;
                 let decided = this.decided_of(overlay, &kind);
+                let overlay = (*overlay, noise_of(overlay, &noise));
                 improve_one(model, overlay, decided, before, &go_on)
             })
             .collect();
@@ -246,6 +251,38 @@ fn own_drive(
     }
 }
 
+/// Noise of the readings of xp and xc \[m\].
+type ReadingNoise = (f64, Option<f64>);
+
+/// The noise of all recordings: one instrument has one, and quick motion passes for noise in a
+/// recording alone. Synthetic recordings are of another instrument than a person's own.
+fn common_noise(overlays: &[Overlay]) -> HashMap<OverlayId, ReadingNoise> {
+    let mut all = HashMap::new();
+    for made_up in [false, true] {
+        let these: Vec<&Overlay> = overlays.iter().filter(|o| o.made_up == made_up).collect();
+        let mut sigmas = [Channel::ProofMass, Channel::Cantilever].map(|channel| {
+            let of = |o: &&Overlay| o.recording.noise(channel).map_or(f64::NAN, |n| n.sigma);
+            these.iter().map(of).collect::<Vec<f64>>()
+        });
+        for channel in &mut sigmas {
+            let counted = these.iter().map(|o| o.recording.len());
+            let mut estimates: Vec<(usize, &mut f64)> = counted.zip(channel).collect();
+            estimates.retain(|(_, sigma)| sigma.is_finite());
+            pool_noise(&mut estimates);
+        }
+        let [xp, xc] = sigmas;
+        for ((overlay, xp), xc) in these.iter().zip(xp).zip(xc) {
+            let xp = if xp.is_finite() { xp } else { 0.0 };
+            all.insert(overlay.id, (xp, xc.is_finite().then_some(xc)));
+        }
+    }
+    all
+}
+
+fn noise_of(overlay: &Overlay, all: &HashMap<OverlayId, ReadingNoise>) -> ReadingNoise {
+    all.get(&overlay.id).copied().unwrap_or_default()
+}
+
 /// The experiment of a recording under `drive`, whose instants are known to `reach` \[s\].
 pub fn experiment_of(overlay: &Overlay, drive: Waveform, reach: f64) -> Experiment {
     let estimates = overlay.estimates;
@@ -269,19 +306,23 @@ pub fn shown_experiment(
     compared: &OverlayComparison,
     shared: Option<&Waveform>,
 ) -> Option<Experiment> {
-    match &compared.own {
+    let mut experiment = match &compared.own {
         Some(own) => {
             let mut experiment = experiment_of(overlay, own.drive.clone(), own.drive_reach);
             experiment.start.clone_from(&own.start);
-            Some(experiment)
+            experiment
         }
-        None => Some(experiment_of(overlay, shared?.clone(), 0.0)),
+        None => experiment_of(overlay, shared?.clone(), 0.0),
+    };
+    if let Some(noise) = compared.noise {
+        experiment.noise.0 = noise / compared.alignment.xp_scale.abs();
     }
+    Some(experiment)
 }
 
 fn compare_one(
     shared: SharedRun<'_>,
-    overlay: &Overlay,
+    (overlay, noise): (&Overlay, ReadingNoise),
     decided: Option<&Decided>,
     known: impl Fn(&Experiment) -> Option<Arc<Trace>>,
     go_on: &(impl Fn() -> bool + Sync),
@@ -291,12 +332,14 @@ fn compare_one(
         Err(error) => return Some(failed(overlay, error)),
     };
     let Some(own) = own else {
-        let experiment = experiment_of(overlay, shared.drive.clone(), 0.0);
+        let mut experiment = experiment_of(overlay, shared.drive.clone(), 0.0);
+        experiment.noise = noise;
         let result = experiment.compare(Arc::clone(shared.trace));
         return Some(finished(overlay, &experiment, result, None));
     };
     let reach = own.measured.as_ref().map_or(0.0, |m| m.reach());
     let mut experiment = experiment_of(overlay, own.waveform, reach);
+    experiment.noise = noise;
     experiment.start = decided.and_then(|d| d.start.clone());
     let result = match known(&experiment) {
         Some(trace) => experiment.compare(trace),
@@ -313,7 +356,7 @@ fn compare_one(
 /// nothing changes for the better, or `go_on` said no.
 fn improve_one(
     model: &Model,
-    overlay: &Overlay,
+    (overlay, noise): (&Overlay, ReadingNoise),
     decided: Option<&Decided>,
     before: &OverlayComparison,
     go_on: &(impl Fn() -> bool + Sync),
@@ -337,7 +380,8 @@ fn improve_one(
     if measured.is_none() && !estimates.start && decided.is_none() {
         return None;
     }
-    let experiment = experiment_of(overlay, own.waveform, reach);
+    let mut experiment = experiment_of(overlay, own.waveform, reach);
+    experiment.noise = noise;
     let values = decided.map_or(&[][..], |d| &d.drive);
     let questions = Questions {
         drive: measured.as_deref().map(|m| (m, values)),

@@ -11,16 +11,20 @@ pub struct MisfitHistory {
     settled: Option<f64>,
     /// Before the change that led to `settled`.
     before: Option<f64>,
+    /// Number of the result that `settled` is of.
+    generation: u64,
 }
 
 impl MisfitHistory {
-    /// Takes the misfit of the newest result; `dragging` while a change is still going on.
-    pub fn follow(&mut self, now: Option<f64>, dragging: bool) {
+    /// Takes the misfit of the newest result, number `generation`; `dragging` while a change is still
+    /// going on. A result that becomes better known keeps its number: that is no change.
+    pub fn follow(&mut self, now: Option<f64>, generation: u64, dragging: bool) {
         if dragging || now == self.settled {
             return;
         }
+        let is_same = std::mem::replace(&mut self.generation, generation) == generation;
         // What was not computed is nothing to compare with.
-        if now.is_some() && self.settled.is_some() {
+        if !is_same && now.is_some() && self.settled.is_some() {
             self.before = self.settled;
         }
         self.settled = now.or(self.settled);
@@ -61,19 +65,22 @@ mod tests {
     #[test]
     fn it_tells_better_from_worse_than_before_the_drag() {
         let mut history = MisfitHistory::default();
-        history.follow(Some(5.0), false);
+        history.follow(Some(5.0), 1, false);
         assert_eq!(history.text(5.0), None);
-        for now in [4.0, 3.0] {
-            history.follow(Some(now), true);
+        for (now, generation) in [(4.0, 2), (3.0, 3)] {
+            history.follow(Some(now), generation, true);
             assert_eq!(history.text(now).unwrap(), "better, was 5");
         }
-        history.follow(Some(7.0), true);
+        history.follow(Some(7.0), 4, true);
         assert_eq!(history.text(7.0).unwrap(), "worse, was 5");
-        history.follow(Some(2.0), false);
+        history.follow(Some(2.0), 5, false);
         assert_eq!(history.text(2.0).unwrap(), "better, was 5");
-        history.follow(None, false);
-        history.follow(Some(2.0), false);
-        assert_eq!(history.text(2.0).unwrap(), "better, was 5");
-        assert_eq!(history.text(2.0004).unwrap(), "unchanged");
+        // The readings decide what the voltage leaves open.
+        history.follow(Some(1.9), 5, false);
+        assert_eq!(history.text(1.9).unwrap(), "better, was 5");
+        history.follow(None, 6, false);
+        history.follow(Some(1.9), 7, false);
+        assert_eq!(history.text(1.9).unwrap(), "better, was 5");
+        assert_eq!(history.text(1.9004).unwrap(), "unchanged");
     }
 }

@@ -18,7 +18,8 @@ pub(super) fn show(ui: &mut Ui, state: &mut State) {
     let snapshot = state.snapshot.clone();
     let total = snapshot.as_ref().and_then(|s| s.total_misfit());
     let dragging = ui.input(|input| input.pointer.any_down());
-    state.misfit_history.follow(total, dragging);
+    let generation = snapshot.as_ref().map_or(0, |s| s.generation);
+    state.misfit_history.follow(total, generation, dragging);
     let head = head(state, snapshot.as_deref(), total);
     ui.horizontal(|ui| {
         ui.add(Label::new(RichText::new(&head).strong()).truncate())
