@@ -23,8 +23,8 @@ const MAX_SLOPE_ERROR: f64 = 0.03;
 /// A side whose samples lie farther from its polynomial than this needs a higher degree [standard
 /// deviations of the noise].
 const MAX_MISS_SIGMAS: f64 = 3.0;
-/// The slope of that degree must be certain to this share: noise would be followed else.
-const MAX_BENT_SLOPE_ERROR: f64 = 0.1;
+/// The slope must differ by so much for that [its standard deviations].
+const MIN_BEND_SIGMAS: f64 = 3.0;
 /// A change of speed below this share of the arriving speed is no impact.
 const MIN_CHANGE_SHARE: f64 = 0.3;
 /// Departures faster than this share of the arrival are thrown, not bounced.
@@ -253,8 +253,9 @@ impl Curve {
                 break;
             }
             let higher = of_degree(degree + 1)?;
-            // With noise it may say less of the slope than the miss does.
-            if higher.slope_error > MAX_BENT_SLOPE_ERROR * higher.slope(0.0).abs() {
+            // Without a bend that counts it would follow noise.
+            let bend = (higher.slope(0.0) - chosen.slope(0.0)).abs();
+            if bend < MIN_BEND_SIGMAS * higher.slope_error {
                 break;
             }
             degree += 1;

@@ -1,8 +1,8 @@
 //! The samples of a measured voltage, their error, and the test that a curve is all there is in them.
 
 use super::thresholds::{
-    BLOCK_SAMPLES, MAX_BLOCK_EXCESS_SIGMAS, MAX_DIGITISER_ERROR_SHARE, MAX_UNEVEN_SHARE,
-    MIN_ERROR_SHARE, NOISE_ESTIMATE_ERROR_SHARE, SINGLE_SAMPLE_MARGIN_SIGMAS,
+    BLOCK_SAMPLES, MAX_BLOCK_EXCESS_SIGMAS, MAX_DIGITISER_ERROR_SHARE, MAX_LEVEL_NOISE_VOLTS,
+    MAX_UNEVEN_SHARE, MIN_ERROR_SHARE, NOISE_ESTIMATE_ERROR_SHARE, SINGLE_SAMPLE_MARGIN_SIGMAS,
     UNEVEN_INTERVAL_SHARE,
 };
 use crate::recording::grid::TimeAxis;
@@ -66,7 +66,7 @@ impl<'a> Samples<'a> {
         uneven as f64 <= MAX_UNEVEN_SHARE * self.len() as f64
             && (self.quantum > 0.0
                 // A level has no span but that of its error.
-                || self.span() <= 2.0 * self.reach()
+                || (self.sigma <= MAX_LEVEL_NOISE_VOLTS && self.span() <= 2.0 * self.reach())
                 || self.sigma <= MAX_DIGITISER_ERROR_SHARE * self.span())
     }
 

@@ -34,6 +34,9 @@ pub const MAX_UNEVEN_SHARE: f64 = 0.2;
 /// Error of a digitiser's samples at most, as a share of their span: where neighbours differ by more,
 /// nothing is known between them, unless all of them are one level. The same test; recordings have 0.03 at most in the survey.
 pub const MAX_DIGITISER_ERROR_SHARE: f64 = 0.05;
+/// Noise of a level at most \[V\]: corners at random look like noise about a level, but no recorder
+/// has so much. The same test.
+pub const MAX_LEVEL_NOISE_VOLTS: f64 = 0.2;
 
 // Round numbers.
 

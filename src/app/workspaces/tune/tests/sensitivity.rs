@@ -37,9 +37,9 @@ fn wait(harness: &mut Harness<'_, State>) {
 #[test]
 fn the_slider_that_is_off_is_suggested_tried_and_has_nothing_left_to_gain() {
     // So near that impacts keep their order: columns say nothing beyond.
-    let mut state = compared(2, 1.0002);
+    let mut state = compared(2, 1.000_05);
     state.sensing.open = true;
-    let truth = 1.0002 * ParameterId::Eta.spec().default;
+    let truth = 1.000_05 * ParameterId::Eta.spec().default;
     let mut harness = harness(state);
     wait(&mut harness);
     let found = harness.state().sensing.found().unwrap().clone();
@@ -54,7 +54,8 @@ fn the_slider_that_is_off_is_suggested_tried_and_has_nothing_left_to_gain() {
     assert_eq!(pictures(&harness, "raise eta: ").len(), 1);
     let suggested = before.suggestion.unwrap().value;
     let start = eta(&harness);
-    assert!((suggested - truth).abs() < 0.5 * (truth - start).abs());
+    let share = (suggested - start) / (truth - start);
+    assert!((share - 1.0).abs() < 0.5, "{share} of the way");
     // Its part of the residual is drawn where a person looks for it.
     assert!(!says(&harness, "part by eta"));
     // The slider itself has its symbol too, as a text.
