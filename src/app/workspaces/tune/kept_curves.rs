@@ -178,6 +178,7 @@ fn name_field(ui: &mut Ui, i: usize, curve: &KeptCurve) -> Option<String> {
     let edit = TextEdit::singleline(&mut text)
         .id(id)
         .char_limit(MAX_NAME_LETTERS)
+        .min_size(eframe::egui::vec2(NAME_WIDTH, 0.0))
         .desired_width(NAME_WIDTH)
         .text_color(kept_color(ui, curve.color));
     let field = ui.add(edit);

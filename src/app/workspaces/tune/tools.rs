@@ -141,7 +141,8 @@ pub(super) fn show(ui: &mut Ui, state: &mut State) {
     if let Some(tool) = front {
         let most = (ui.available_width() - MIN_PLOT_WIDTH).max(MIN_TOOL_WIDTH);
         Panel::right(("tool", tool.title()))
-            .default_size(tool.usual_width().min(most))
+            // The plots, which the tool is for, get at least as much.
+            .default_size(tool.usual_width().min(0.5 * ui.available_width()).min(most))
             .size_range(MIN_TOOL_WIDTH.min(most)..=most)
             .show(ui, |ui| {
                 tabs(ui, state, &open, &mut front);
