@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn a_text_is_stored_once_and_a_long_one_is_refused() {
         let first = stored("N s/m").unwrap();
-        let again = stored(&"N s/m".to_owned()).unwrap();
+        let again = stored("N s/m").unwrap();
         assert!(std::ptr::eq(first, again));
         assert_eq!(stored(&"x".repeat(MAX_TEXT_BYTES + 1)), Err(Unusual));
     }

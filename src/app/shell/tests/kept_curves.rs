@@ -147,7 +147,7 @@ fn curves_are_kept_renamed_restored_removed_and_each_can_be_undone() {
     press(&mut harness, "draw as printed");
     assert!(!kept(harness.state())[0].visible);
     press(&mut harness, "remove as printed");
-    assert_eq!(names(harness.state()), [second.clone()]);
+    assert_eq!(names(harness.state()), std::slice::from_ref(&second));
     // All of it backwards.
     undo(&mut harness);
     assert_eq!(

@@ -5,7 +5,7 @@
 //! of a period is the first turned over; and the voltages of knots. Voltages that are equal by the
 //! shape of the waveform (the two ends of a level, the two sides of a corner) are one number.
 
-use super::open_numbers::{Numbers, STEP};
+use super::open_numbers::{Numbers, STEP, VoltageGroups};
 use super::waveform::Cycle;
 use crate::recording::measured_drive::knots::Knot;
 
@@ -154,7 +154,7 @@ impl Cycle {
 }
 
 /// Groups of voltages that are equal but for the sign, and how many there are.
-fn groups_of(cycle: &Cycle) -> (Vec<[Option<(usize, f64)>; 2]>, usize) {
+fn groups_of(cycle: &Cycle) -> (Vec<VoltageGroups>, usize) {
     let count = cycle.knots.len();
     // Voltage before knot k is node 2k, after it 2k + 1.
     let mut equal: Vec<Vec<(usize, f64)>> = vec![Vec::new(); 2 * count];

@@ -5,6 +5,10 @@ use crate::recording::measured_drive::thresholds::NOISE_REACH_SIGMAS;
 /// Index of the time from one repetition to the next.
 pub const STEP: usize = 0;
 
+/// Number of the group of equal voltages, and its sign, of a knot's voltage before and after; `None`
+/// for zero.
+pub type VoltageGroups = [Option<(usize, f64)>; 2];
+
 /// Which number is what.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Numbers {
@@ -13,7 +17,7 @@ pub struct Numbers {
     pub(super) mirrored: bool,
     /// Number of the group of equal voltages, and its sign, of each knot's voltage before and after;
     /// `None` for zero.
-    pub(super) groups: Vec<[Option<(usize, f64)>; 2]>,
+    pub(super) groups: Vec<VoltageGroups>,
     /// Voltages that are free.
     pub(super) voltages: usize,
     /// Repetition in which the knots' instants count.
