@@ -152,8 +152,8 @@ fn judge(
     let near = (before.value(at) - options.contact_level).abs() <= slack.min(options.clear_hop());
     (v_before < -blur && sudden && near && !thrown).then_some(Impact {
         time: t + at,
-        v_before,
-        v_after,
+        v_before: before.steady_slope(at),
+        v_after: after.steady_slope(at),
         v_error: before.doubt.max(after.doubt),
     })
 }
@@ -189,6 +189,9 @@ fn meet(
 struct Curve {
     /// Coefficients, constant first, of time over `unit`.
     coefficients: Vec<f64>,
+    /// Those of the degree that leaves the slope certain: of a bend that is followed the slope is less
+    /// certain than its place.
+    steady: Vec<f64>,
     unit: f64,
     /// Standard deviation of the slope at the origin from the noise \[m/s\].
     slope_error: f64,
@@ -225,8 +228,10 @@ impl Curve {
                 DMatrix::from_fn(n, degree + 1, |i, j| (points[i].0 / unit).powi(j as i32));
             let inverse = design.pseudo_inverse(1e-12).ok()?;
             let solved = &inverse * &values;
+            let coefficients: Vec<f64> = solved.iter().copied().collect();
             Some(Curve {
-                coefficients: solved.iter().copied().collect(),
+                steady: coefficients.clone(),
+                coefficients,
                 unit,
                 slope_error: noise * inverse.row(1).norm() / unit,
                 doubt: 0.0,
@@ -259,7 +264,8 @@ impl Curve {
                 break;
             }
             degree += 1;
-            chosen = higher;
+            let steady = chosen.steady;
+            chosen = Curve { steady, ..higher };
         }
         let lower = of_degree(degree - 1).map_or(f64::NAN, |c| c.slope(0.0));
         let change = chosen.slope(0.0) - lower;
@@ -280,8 +286,16 @@ impl Curve {
     }
 
     fn slope(&self, t: f64) -> f64 {
-        let s = t / self.unit;
-        let terms = self.coefficients.iter().enumerate().skip(1).rev();
-        terms.fold(0.0, |sum, (k, c)| sum * s + k as f64 * c) / self.unit
+        slope_of(&self.coefficients, t / self.unit) / self.unit
     }
+
+    fn steady_slope(&self, t: f64) -> f64 {
+        slope_of(&self.steady, t / self.unit) / self.unit
+    }
+}
+
+/// Slope of the polynomial of these coefficients at `s`.
+fn slope_of(coefficients: &[f64], s: f64) -> f64 {
+    let terms = coefficients.iter().enumerate().skip(1).rev();
+    terms.fold(0.0, |sum, (k, c)| sum * s + k as f64 * c)
 }
