@@ -22,9 +22,12 @@ const MAX_DEGREE: usize = 4;
 const MAX_SLOPE_ERROR: f64 = 0.03;
 /// A side whose samples lie farther from its polynomial than this needs a higher degree [standard
 /// deviations of the noise].
-const MAX_MISS_SIGMAS: f64 = 3.0;
+const MAX_MISS_SIGMAS: f64 = 4.0;
 /// The slope must differ by so much for that [its standard deviations].
-const MIN_BEND_SIGMAS: f64 = 3.0;
+const MIN_BEND_SIGMAS: f64 = 6.0;
+/// The mass turns no farther below its lowest samples than this many times the way from one sample to
+/// the next.
+const MAX_DIP_WAYS: f64 = 2.0;
 /// A change of speed below this share of the arriving speed is no impact.
 const MIN_CHANGE_SHARE: f64 = 0.3;
 /// Departures faster than this share of the arrival are thrown, not bounced.
@@ -117,7 +120,7 @@ fn kinks(
 }
 
 /// Whether the mass can have been at height `meeting` between samples around `i`: no farther below
-/// the lowest of them than it goes from one sample to the next there. Sides of few samples meet
+/// the lowest of them than twice the way from one sample to the next there. Sides of few samples meet
 /// anywhere, so that a dip of the ring well above the ground would become an impact.
 fn is_within_reach(xp: &[f64], i: usize, meeting: f64) -> bool {
     let around = &xp[i.saturating_sub(2)..(i + 3).min(xp.len())];
@@ -128,7 +131,7 @@ fn is_within_reach(xp: &[f64], i: usize, meeting: f64) -> bool {
         .fold(0.0, f64::max);
     let near = &xp[i.saturating_sub(1)..(i + 2).min(xp.len())];
     let lowest = near.iter().copied().filter(|x| x.is_finite());
-    lowest.fold(f64::INFINITY, f64::min) - meeting <= way
+    lowest.fold(f64::INFINITY, f64::min) - meeting <= MAX_DIP_WAYS * way
 }
 
 /// Whether two sides that meet at `at` (from sample time `t`) are an impact.
