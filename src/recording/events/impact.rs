@@ -23,6 +23,8 @@ const MAX_SLOPE_ERROR: f64 = 0.03;
 /// A side whose samples lie farther from its polynomial than this needs a higher degree [standard
 /// deviations of the noise].
 const MAX_MISS_SIGMAS: f64 = 4.0;
+/// Samples for each coefficient of that degree: fewer would be followed one by one.
+const SAMPLES_PER_COEFFICIENT: usize = 2;
 /// The slope must differ by so much for that [its standard deviations].
 const MIN_BEND_SIGMAS: f64 = 6.0;
 /// The mass turns no farther below its lowest samples than this many times the way from one sample to
@@ -60,17 +62,18 @@ pub(crate) fn find_impacts(
 ) -> Vec<Impact> {
     let candidates = kinks(time, xp, options.noise, interval, (first, last));
     let reach = ((FIT_SPAN / interval).round() as usize).clamp(FIT_SAMPLES.0, FIT_SAMPLES.1);
-    let fits = |k: usize, &i: &usize| {
+    let fits = |k: usize, i: usize, sides: Sides| {
         // A fit stays on its own side of the neighbouring kinks.
         let from = k.checked_sub(1).map_or(limits.0, |p| candidates[p] + 1);
         let to = candidates.get(k + 1).map_or(limits.1, |next| next - 1);
         let from = from.min(i - 1).max((i - 1).saturating_sub(reach - 1));
         let to = to.max(i + 1).min(i + reach).min(xp.len() - 1);
-        meet(time, xp, options, i, from..=i - 1, i + 1..=to)
+        let meet = |left, right| meet(time, xp, (options.noise, sides), i, left, right);
+        meet(from..=i - 1, i + 1..=to)
             // The sample in the middle belongs to one of the sides.
             .and_then(|(at, before, after)| match at {
-                _ if at > 0.1 * interval => meet(time, xp, options, i, from + 1..=i, i + 1..=to),
-                _ if at < -0.1 * interval => meet(time, xp, options, i, from..=i - 1, i..=to - 1),
+                _ if at > 0.1 * interval => meet(from + 1..=i, i + 1..=to),
+                _ if at < -0.1 * interval => meet(from..=i - 1, i..=to - 1),
                 _ => Some((at, before, after)),
             })
             .filter(|(at, before, _)| is_within_reach(xp, i, before.value(*at)))
@@ -81,7 +84,7 @@ pub(crate) fn find_impacts(
     candidates
         .iter()
         .enumerate()
-        .filter_map(|(k, i)| fits(k, i))
+        .filter_map(|(k, &i)| fits(k, i, Sides::Certain).or_else(|| fits(k, i, Sides::Bent)))
         .collect()
 }
 
@@ -155,24 +158,34 @@ fn judge(
     let near = (before.value(at) - options.contact_level).abs() <= slack.min(options.clear_hop());
     (v_before < -blur && sudden && near && !thrown).then_some(Impact {
         time: t + at,
-        v_before: before.steady_slope(at),
-        v_after: after.steady_slope(at),
+        v_before,
+        v_after,
         v_error: before.doubt.max(after.doubt),
     })
+}
+
+/// How the sides of an impact are followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Sides {
+    /// By polynomials whose slope is certain.
+    Certain,
+    /// Where these plainly miss their samples, by higher ones: the ring of the second mode bends a side
+    /// within the window. The slope is less certain, so only where there is no impact else.
+    Bent,
 }
 
 /// Fits both sides and finds where they meet, as time from sample `i` \[s\].
 fn meet(
     time: TimeAxis,
     xp: &[f64],
-    options: &EventOptions,
+    (noise, sides): (f64, Sides),
     i: usize,
     left: RangeInclusive<usize>,
     right: RangeInclusive<usize>,
 ) -> Option<(f64, Curve, Curve)> {
     let origin = time.at(i);
-    let before = Curve::fit(time, xp, left, origin, options.noise)?;
-    let after = Curve::fit(time, xp, right, origin, options.noise)?;
+    let before = Curve::fit(time, xp, left, origin, (noise, sides))?;
+    let after = Curve::fit(time, xp, right, origin, (noise, sides))?;
     let (lower, upper) = (time.at(i - 1) - origin, time.at(i + 1) - origin);
     let mut at = 0.0;
     // Newton's steps on the distance; two are enough, and it cannot leave the bounds.
@@ -192,9 +205,6 @@ fn meet(
 struct Curve {
     /// Coefficients, constant first, of time over `unit`.
     coefficients: Vec<f64>,
-    /// Those of the degree that leaves the slope certain: of a bend that is followed the slope is less
-    /// certain than its place.
-    steady: Vec<f64>,
     unit: f64,
     /// Standard deviation of the slope at the origin from the noise \[m/s\].
     slope_error: f64,
@@ -210,7 +220,7 @@ impl Curve {
         xp: &[f64],
         range: RangeInclusive<usize>,
         origin: f64,
-        noise: f64,
+        (noise, sides): (f64, Sides),
     ) -> Option<Self> {
         let points: Vec<(f64, f64)> = range
             .filter_map(|i| xp.get(i).map(|x| (time.at(i) - origin, *x)))
@@ -231,10 +241,8 @@ impl Curve {
                 DMatrix::from_fn(n, degree + 1, |i, j| (points[i].0 / unit).powi(j as i32));
             let inverse = design.pseudo_inverse(1e-12).ok()?;
             let solved = &inverse * &values;
-            let coefficients: Vec<f64> = solved.iter().copied().collect();
             Some(Curve {
-                steady: coefficients.clone(),
-                coefficients,
+                coefficients: solved.iter().copied().collect(),
                 unit,
                 slope_error: noise * inverse.row(1).norm() / unit,
                 doubt: 0.0,
@@ -249,9 +257,10 @@ impl Curve {
         let fallback = if n >= 4 { 2 } else { 1 };
         let mut degree = (2..=highest).rev().find(certain).unwrap_or(fallback);
         let mut chosen = of_degree(degree)?;
-        // A curve that plainly misses its samples is worse than an uncertain one: the ring of the
-        // second mode bends it within the window.
-        while degree < highest && degree + 2 < n {
+        while sides == Sides::Bent
+            && degree < highest
+            && SAMPLES_PER_COEFFICIENT * (degree + 2) <= n
+        {
             let misses: f64 = points
                 .iter()
                 .map(|p| (chosen.value(p.0) - p.1).powi(2))
@@ -267,8 +276,7 @@ impl Curve {
                 break;
             }
             degree += 1;
-            let steady = chosen.steady;
-            chosen = Curve { steady, ..higher };
+            chosen = higher;
         }
         let lower = of_degree(degree - 1).map_or(f64::NAN, |c| c.slope(0.0));
         let change = chosen.slope(0.0) - lower;
@@ -289,16 +297,8 @@ impl Curve {
     }
 
     fn slope(&self, t: f64) -> f64 {
-        slope_of(&self.coefficients, t / self.unit) / self.unit
+        let s = t / self.unit;
+        let terms = self.coefficients.iter().enumerate().skip(1).rev();
+        terms.fold(0.0, |sum, (k, c)| sum * s + k as f64 * c) / self.unit
     }
-
-    fn steady_slope(&self, t: f64) -> f64 {
-        slope_of(&self.steady, t / self.unit) / self.unit
-    }
-}
-
-/// Slope of the polynomial of these coefficients at `s`.
-fn slope_of(coefficients: &[f64], s: f64) -> f64 {
-    let terms = coefficients.iter().enumerate().skip(1).rev();
-    terms.fold(0.0, |sum, (k, c)| sum * s + k as f64 * c)
 }
