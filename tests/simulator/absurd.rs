@@ -451,7 +451,8 @@ fn every_effect_takes_a_bounded_number_of_steps_at_its_extremes() {
         }
     }
     println!("given up: {given_up:#?}");
-    assert!(!given_up.is_empty(), "no case reaches the bound");
+    let stiff = |case: &String| case.starts_with("quadratic_drag");
+    assert!(given_up.iter().any(stiff));
 }
 
 /// Usual parameters are far from the bound.

@@ -52,7 +52,9 @@ impl Runner {
         let (x, v) = self.proof_mass();
         let usual = trace.proof_mass.iter().take(trace.len() / 2);
         let farthest = usual.fold(0.0, |far: f64, x| far.max(x.abs()));
-        self.phase == Phase::Flight && x * v > 0.0 && x.abs() > RUNAWAY_DISTANCE * farthest
+        // At the very beginning it has been nowhere.
+        let is_far = farthest > 0.0 && x.abs() > RUNAWAY_DISTANCE * farthest;
+        is_far && self.phase == Phase::Flight && x * v > 0.0
     }
 
     /// The error of a run that took too many steps or events.
