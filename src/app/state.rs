@@ -106,6 +106,33 @@ impl State {
         visible.filter_map(|curve| Some((curve, self.kept_runs.drawn(&curve.origin)?)))
     }
 
+    /// Keeps the present device as a curve with this run; `shift` tells its origin from others.
+    #[cfg(test)]
+    pub fn keep_run(&mut self, name: &str, shift: f64, run: Arc<Snapshot>) {
+        use super::setup::kept_curve::RunOrigin;
+        use super::simulation::kept::KeptRun;
+
+        let origin = Arc::new(RunOrigin {
+            preset: self.setup.preset.clone(),
+            drive: self.setup.drive.clone(),
+            shift,
+            reading: Default::default(),
+            duration: self.setup.duration,
+            live: None,
+        });
+        self.setup.kept.push(KeptCurve {
+            name: name.to_owned(),
+            color: self.setup.kept.len(),
+            visible: true,
+            origin: Arc::clone(&origin),
+        });
+        self.kept_runs.put(KeptRun {
+            origin,
+            run: Ok(run),
+            is_complete: true,
+        });
+    }
+
     /// Cancels the jobs whose results the state would show.
     pub fn stop_jobs(&self) {
         if let Some(job) = &self.fitting.job {

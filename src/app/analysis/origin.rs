@@ -13,10 +13,11 @@ use crate::app::setup::overlay::{Estimates, Overlay, Role};
 use crate::app::setup::own_drive::OwnDrive;
 use crate::app::simulation::recorded_drive::RecordedDriveCache;
 use crate::model::drive::Waveform;
+use crate::recording::Recording;
 use crate::recording::align::Alignment;
+use crate::recording::align::set_up::set_up;
 use crate::recording::csv::ImportSettings;
 use crate::recording::experiment_setup::DriveSource;
-use crate::recording::{Channel, Recording};
 
 /// A recording that was used.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -202,31 +203,24 @@ pub(crate) fn as_set_up(overlay: &Overlay, shared: Option<&Waveform>) -> Arc<Rec
     if is_as_read {
         return Arc::clone(&overlay.recording);
     }
-    let mut recording = overlay.recording.as_ref().clone();
-    let scale = |values: &mut [f64], channel| {
-        for x in values {
-            *x = alignment.value(channel, *x);
-        }
-    };
-    scale(&mut recording.proof_mass, Channel::ProofMass);
-    if let Some(values) = &mut recording.cantilever {
-        scale(values, Channel::Cantilever);
-    }
     // A shift is that of the readings against the voltage. Without one it is that of all.
-    let mut lag = 0.0;
-    if let DriveSource::Waveform { waveform, start } = &drive {
+    let is_driven =
+        overlay.recording.voltage.is_some() || matches!(drive, DriveSource::Waveform { .. });
+    let lag = if is_driven {
+        -alignment.time_shift
+    } else {
+        0.0
+    };
+    let unknown = overlay.estimates.unknowns(lag);
+    let mut recording = set_up(&overlay.recording, alignment, drive, Some(unknown));
+    if let DriveSource::Waveform { waveform, start } = &recording.drive_source {
         let volts = recording.time.iter().map(|t| waveform.voltage(t - start));
         recording.voltage = Some(volts.collect());
-        lag = -alignment.time_shift;
-    } else if recording.voltage.is_some() {
-        lag = -alignment.time_shift;
-    } else {
+    } else if recording.voltage.is_none() {
         for t in &mut recording.time {
             *t = alignment.time(*t);
         }
     }
-    recording.drive_source = drive;
-    recording.instrument = Some(overlay.estimates.unknowns(lag));
     Arc::new(recording)
 }
 

@@ -195,7 +195,7 @@ pub(super) fn features_of_run(trace: &Trace, model: &Model, drive: &Waveform) ->
 mod tests {
     use super::*;
     use crate::app::files::built_in;
-    use crate::app::setup::drive_choice::Mode;
+    use crate::app::simulation::worker::tests::request;
     use crate::model::drive::DriveReading;
     use crate::sim::simulate;
 
@@ -227,19 +227,8 @@ mod tests {
     fn the_period_of_features_is_that_of_the_chosen_drive() {
         let mut setup = built_in::setup();
         setup.overlays.truncate(1);
-        let mut request = SimulationRequest {
-            model: Arc::new(setup.preset.model.clone()),
-            drive: Waveform::parse("square:20Hz:8V", 0.1).unwrap(),
-            duration: 0.1,
-            forces: false,
-            overlays: setup.overlays,
-            mode: Mode::WholeSpan,
-            slow_down: 0.1,
-            paused: false,
-            scrub: None,
-            restarts: 0,
-            steps: 0,
-        };
+        let mut request = request(&setup);
+        request.drive = Waveform::parse("square:20Hz:8V", 0.1).unwrap();
         let recording = Arc::clone(&request.overlays[0].recording);
         let recognised = recording.drive(DriveReading::Recognised).unwrap().unwrap();
         let own = recognised.period().unwrap();

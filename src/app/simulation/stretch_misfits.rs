@@ -228,6 +228,7 @@ fn usable_together<T>(
 
 #[cfg(test)]
 mod tests {
+    use crate::app::simulation::worker::tests as worker_tests;
     use std::sync::atomic::AtomicUsize;
     use std::time::{Duration, Instant};
 
@@ -239,20 +240,7 @@ mod tests {
     use crate::sim::Trace;
 
     fn request() -> SimulationRequest {
-        let setup = built_in::setup();
-        SimulationRequest {
-            model: Arc::new(setup.preset.model.clone()),
-            drive: Waveform::parse("square:15Hz:8V", 0.1).unwrap(),
-            duration: 0.1,
-            forces: false,
-            overlays: setup.overlays,
-            mode: Mode::WholeSpan,
-            slow_down: 0.1,
-            paused: false,
-            scrub: None,
-            restarts: 0,
-            steps: 0,
-        }
+        worker_tests::request(&built_in::setup())
     }
 
     fn other_device(request: &SimulationRequest, alpha: f64) -> SimulationRequest {

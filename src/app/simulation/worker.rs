@@ -370,4 +370,4 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
 
 #[cfg(test)]
 #[path = "worker_tests.rs"]
-mod tests;
+pub(super) mod tests;

@@ -5,7 +5,8 @@ use crate::model::drive::Waveform;
 use crate::model::effects::{ActiveEffect, EffectSpec, Need};
 use crate::model::parameter::ParameterId;
 
-fn request(setup: &Setup) -> SimulationRequest {
+/// What the window asks for a setup under a square wave of 15 Hz.
+pub fn request(setup: &Setup) -> SimulationRequest {
     SimulationRequest {
         model: Arc::new(setup.preset.model.clone()),
         drive: Waveform::parse("square:15Hz:8V", 0.1).unwrap(),
@@ -66,7 +67,8 @@ fn the_newest_request_wins() {
     assert_eq!(complete.generation, first.generation);
 }
 
-static BROKEN: EffectSpec = EffectSpec {
+/// An effect that panics.
+pub static BROKEN: EffectSpec = EffectSpec {
     id: "broken",
     name: "broken",
     sentence: "Panics.",

@@ -22,7 +22,8 @@ use std::sync::Arc;
 use thiserror::Error;
 
 pub use self::decide::{Decision, Questions, decide, whole_run};
-pub use self::drive_freedom::{ImprovedDrive, improve_drive};
+pub use self::drive_freedom::improve_drive;
+pub use self::improve::Improved;
 pub use self::instrument::{InstrumentPriors, estimate_instrument};
 pub use self::sensitivity::{Influence, Probe, Sensitivity, Suggestion, sensitivity};
 pub use self::start_state::{FoundStart, estimate_start, improve_start};

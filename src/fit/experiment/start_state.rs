@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::improve::{Improved, OpenNumber, improve};
+use super::improve::{Improved, OpenNumber, Search};
 use super::{Experiment, ExperimentError};
 use crate::fit::error::FitError;
 use crate::fit::inspect::recording_summary::summarize;
@@ -18,9 +18,10 @@ use crate::fit::solve::levenberg_marquardt::{Clock, Control};
 use crate::fit::thresholds::{MAX_CUBIC_CHI2, START_DISTANCE_SHARE, START_VELOCITY_SIGMAS};
 use crate::fit::uncertainty::fit_result::misfits;
 use crate::model::Model;
+use crate::recording::Recording;
+use crate::recording::align::set_up::set_up;
 use crate::recording::experiment_setup::{DriveSource, InstrumentUnknowns};
 use crate::recording::extremes;
-use crate::recording::{Channel, Recording};
 use crate::sim::{StartState, StretchSimulator, StretchState};
 
 /// Length of the first stretch in periods of the slowest mode.
@@ -63,9 +64,19 @@ pub fn estimate_start(
     experiment: &Experiment,
     model: &Model,
 ) -> Result<Option<FoundStart>, FitError> {
-    let recording = set_up(experiment);
-    let (first, _) = recording.span();
-    let recording = Arc::new(recording);
+    let (first, _) = experiment.recording.span();
+    let alignment = &experiment.alignment;
+    let drive = DriveSource::Waveform {
+        waveform: experiment.drive.clone(),
+        start: first,
+    };
+    let unknown = experiment.priors.map(|priors| InstrumentUnknowns {
+        zeros: priors.zeros,
+        scale: priors.scale,
+        clock: priors.clock,
+        lag: -alignment.time_shift,
+    });
+    let recording = Arc::new(set_up(&experiment.recording, alignment, drive, unknown));
     let options = FitOptions::for_model(model);
     let simulator = StretchSimulator::new(model, &crate::sim::Options::default())?;
     let slowest = simulator
@@ -151,33 +162,6 @@ pub fn estimate_start(
     }))
 }
 
-/// The experiment's recording under its drive, readings aligned.
-fn set_up(experiment: &Experiment) -> Recording {
-    let mut recording = experiment.recording.as_ref().clone();
-    let (first, _) = recording.span();
-    let alignment = &experiment.alignment;
-    let scale = |values: &mut [f64], channel| {
-        for x in values {
-            *x = alignment.value(channel, *x);
-        }
-    };
-    scale(&mut recording.proof_mass, Channel::ProofMass);
-    if let Some(values) = &mut recording.cantilever {
-        scale(values, Channel::Cantilever);
-    }
-    recording.instrument = experiment.priors.map(|priors| InstrumentUnknowns {
-        zeros: priors.zeros,
-        scale: priors.scale,
-        clock: priors.clock,
-        lag: -alignment.time_shift,
-    });
-    recording.drive_source = DriveSource::Waveform {
-        waveform: experiment.drive.clone(),
-        start: first,
-    };
-    recording
-}
-
 /// Whether the first readings have a velocity, whatever the device: noise is `(xp, xc)` \[m\], and no
 /// more than `most` samples are looked at.
 fn moves_at_once(recording: &Recording, most: usize, noise: (f64, Option<f64>)) -> bool {
@@ -240,6 +224,7 @@ pub fn improve_start(
             step: START_STEP_NOISES * unit,
             sigma: f64::INFINITY,
             most: f64::INFINITY,
+            acts_from: f64::NEG_INFINITY,
         })
         .collect();
     let mut values = vec![0.0; numbers.len()];
@@ -274,9 +259,19 @@ pub fn improve_start(
             step: experiment.recording.interval(),
             sigma: f64::INFINITY,
             most: f64::INFINITY,
+            acts_from: f64::NEG_INFINITY,
         });
     }
-    improve(&at, &numbers, values, model, go_on)
+    let search = Search {
+        at,
+        numbers,
+        model,
+        go_on,
+    };
+    match search.run(values)? {
+        Some(begun) => search.descend(begun),
+        None => Ok(None),
+    }
 }
 
 #[cfg(test)]

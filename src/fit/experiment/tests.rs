@@ -87,7 +87,7 @@ fn misfit(model: &Model, recording: Recording) -> (f64, String) {
         priors.drive_reach = drive.reach();
     }
     let improved = improve_drive(&experiment, &drive, model, &[], &|| true);
-    let ImprovedDrive { values, result, .. } = improved.unwrap().unwrap();
+    let Improved { values, result, .. } = improved.unwrap().unwrap();
     let shift = result.alignment.time_shift;
     (
         result.misfit(&experiment).unwrap(),

@@ -9,6 +9,7 @@
 
 mod correlate;
 mod error;
+pub mod set_up;
 
 pub use self::error::AlignError;
 

@@ -16,11 +16,9 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use super::frame::time_window;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::DriveChoice;
-use crate::app::setup::kept_curve::{KeptCurve, RunOrigin};
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::{Picture, View};
 use crate::app::simulation::experiments::compare_all;
-use crate::app::simulation::kept::KeptRun;
 use crate::app::simulation::snapshot::{LiveState, Snapshot};
 use crate::app::state::State;
 use crate::model::drive::Waveform;
@@ -104,25 +102,8 @@ fn with(mut state: State, trace: Trace) -> State {
 
 /// Keeps the present curve.
 fn keep(state: &mut State, name: &str) {
-    let origin = Arc::new(RunOrigin {
-        preset: state.setup.preset.clone(),
-        drive: state.setup.drive.clone(),
-        shift: state.setup.kept.len() as f64,
-        reading: Default::default(),
-        duration: state.setup.duration,
-        live: None,
-    });
-    state.setup.kept.push(KeptCurve {
-        name: name.to_owned(),
-        color: state.setup.kept.len(),
-        visible: true,
-        origin: Arc::clone(&origin),
-    });
-    state.kept_runs.put(KeptRun {
-        origin,
-        run: Ok(state.snapshot.clone().unwrap()),
-        is_complete: true,
-    });
+    let (shift, run) = (state.setup.kept.len() as f64, state.snapshot.clone());
+    state.keep_run(name, shift, run.unwrap());
 }
 
 fn recorded(mut state: State) -> State {

@@ -4,8 +4,9 @@ use crate::app::setup::overlay::Role;
 use crate::app::setup::own_drive::OwnDrive;
 use crate::app::simulation::experiments::compare_all;
 use crate::app::simulation::kept::worker::*;
+use crate::app::simulation::worker::tests::BROKEN;
 use crate::model::drive::DriveReading;
-use crate::model::effects::{ActiveEffect, EffectSpec, Need};
+use crate::model::effects::ActiveEffect;
 use crate::model::parameter::ParameterId;
 
 /// The device of a setup, as it is kept with its drive.
@@ -108,18 +109,6 @@ fn a_known_run_is_not_simulated_again() {
     let known = wait(&another, &origin, |_| true).unwrap();
     assert!(Arc::ptr_eq(&known.trace, &run.trace));
 }
-
-static BROKEN: EffectSpec = EffectSpec {
-    id: "broken",
-    name: "broken",
-    sentence: "Panics.",
-    law: "",
-    source: "",
-    needs: Need::Nothing,
-    parameters: &[],
-    build: |_, _| panic!("on purpose"),
-    ..EffectSpec::DEFAULT
-};
 
 #[test]
 fn what_cannot_be_shown_gives_its_reason_and_the_thread_goes_on() {

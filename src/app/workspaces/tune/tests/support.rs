@@ -8,12 +8,10 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::app::files::built_in;
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
-use crate::app::setup::kept_curve::{KeptCurve, RunOrigin};
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::own_drive::OwnDrive;
 use crate::app::setup::view::View;
 use crate::app::simulation::experiments::compare_all;
-use crate::app::simulation::kept::KeptRun;
 use crate::app::simulation::min_max_pyramid::Pyramid;
 use crate::app::simulation::snapshot::{LiveState, OverlayComparison, Snapshot};
 use crate::app::state::State;
@@ -113,26 +111,8 @@ pub fn snapshot(state: &State, rms: f64) -> Arc<Snapshot> {
 
 /// Keeps the present device as a curve with an error of `rms` \[m\] on each recording.
 pub fn keep(state: &mut State, name: &str, rms: f64) {
-    let origin = Arc::new(RunOrigin {
-        preset: state.setup.preset.clone(),
-        drive: state.setup.drive.clone(),
-        shift: 0.0,
-        reading: Default::default(),
-        duration: state.setup.duration,
-        live: None,
-    });
     let run = snapshot(state, rms);
-    state.setup.kept.push(KeptCurve {
-        name: name.to_owned(),
-        color: state.setup.kept.len(),
-        visible: true,
-        origin: Arc::clone(&origin),
-    });
-    state.kept_runs.put(KeptRun {
-        origin,
-        run: Ok(run),
-        is_complete: true,
-    });
+    state.keep_run(name, 0.0, run);
 }
 
 /// A state with two recordings, a result, a kept curve and some changed parameters.
