@@ -134,21 +134,7 @@ pub fn estimate_start(
         v: (n..2 * n).map(value).collect(),
         z: Vec::new(),
     };
-    let (phi_p, _) = simulator.flight_shapes();
-    let usual = StartState::of_model(model)?.state;
-    let far: f64 = simulator
-        .flight_omega2()
-        .enumerate()
-        .map(|(k, omega2)| {
-            let (q, v) = (state.q[k] - usual.q[k], state.v[k] - usual.v[k]);
-            let seconds = if omega2 > 0.0 {
-                omega2.powf(-0.5)
-            } else {
-                stretch
-            };
-            (phi_p[k] * q.hypot(v * seconds)).abs()
-        })
-        .sum();
+    let far = distance_from_usual(&simulator, model, &state, stretch)?;
     let (low, high) = extremes(&recording.proof_mass[..end]);
     let sigmas = (summaries[0].noise.0, summaries[0].noise.1);
     Ok(Some(FoundStart {
@@ -160,6 +146,31 @@ pub fn estimate_start(
             || moves_at_once(&recording, end / 2, sigmas),
         remaining,
     }))
+}
+
+/// How far the proof mass can come from the model's own beginning when it begins in `state` \[m\]; a
+/// mode without a spring moves for `stretch` seconds.
+fn distance_from_usual(
+    simulator: &StretchSimulator,
+    model: &Model,
+    state: &StretchState,
+    stretch: f64,
+) -> Result<f64, FitError> {
+    let (phi_p, _) = simulator.flight_shapes();
+    let usual = StartState::of_model(model)?.state;
+    Ok(simulator
+        .flight_omega2()
+        .enumerate()
+        .map(|(k, omega2)| {
+            let (q, v) = (state.q[k] - usual.q[k], state.v[k] - usual.v[k]);
+            let seconds = if omega2 > 0.0 {
+                omega2.powf(-0.5)
+            } else {
+                stretch
+            };
+            (phi_p[k] * q.hypot(v * seconds)).abs()
+        })
+        .sum())
 }
 
 /// Whether the first readings have a velocity, whatever the device: noise is `(xp, xc)` \[m\], and no
