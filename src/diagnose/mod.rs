@@ -20,6 +20,7 @@ pub mod data;
 pub mod diagnosis;
 pub mod discrepancy;
 pub mod findings;
+pub mod force_balance;
 pub mod hypotheses;
 pub mod options;
 mod packed_points;

@@ -10,6 +10,7 @@
 mod friction_tests;
 mod memory;
 mod motion;
+pub mod prescribed_motion;
 pub(crate) mod propagate;
 mod sample_clock;
 mod sampled_step;
