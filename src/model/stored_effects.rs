@@ -26,16 +26,19 @@ pub fn serialize<S: Serializer>(effects: &[ActiveEffect], writer: S) -> Result<S
 /// Reads effects.
 ///
 /// # Errors
-/// Those of the reader, and an effect that the catalogue has not, or not with so many values.
+/// Those of the reader, and an effect that the catalogue has not, or not with so many values. An
+/// effect that has got parameters since has their defaults.
 pub fn deserialize<'de, D: Deserializer<'de>>(reader: D) -> Result<Vec<ActiveEffect>, D::Error> {
     let effect = |Entry { id, values }: Entry| {
         let spec =
             find(&id).ok_or_else(|| D::Error::custom("an effect is not in the catalogue"))?;
-        if values.len() != spec.parameters.len() {
+        if values.len() > spec.parameters.len() || values.is_empty() {
             let text = format!("{id} has {} values", values.len());
             return Err(D::Error::custom(text));
         }
-        Ok(ActiveEffect { spec, values })
+        let mut effect = ActiveEffect::new(spec);
+        effect.values[..values.len()].copy_from_slice(&values);
+        Ok(effect)
     };
     let entries = Vec::<Entry>::deserialize(reader)?;
     entries.into_iter().map(effect).collect()
