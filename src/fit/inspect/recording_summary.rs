@@ -10,7 +10,8 @@ use crate::fit::thresholds::{
     MIN_NOISE_SHARE, MIN_SHOWN_DRIFT_SHARE, MIN_STAYS, SAME_LEVEL_DISTANCE,
 };
 use crate::model::Model;
-use crate::recording::events::{EventOptions, Events, HOP_HEIGHT, Impact, find_events};
+use crate::recording::events::turning_points::level_of_turns;
+use crate::recording::events::{EventOptions, Events, Impact, find_events};
 use crate::recording::features::Missing;
 use crate::recording::lag::{before_lag, find_lag, noise_before_lag};
 use crate::recording::level::estimate_contact_level;
@@ -50,12 +51,10 @@ impl RecordingSummary {
         let Ok(contact_level) = self.level else {
             return Events::default();
         };
-        let options = EventOptions {
-            contact_level,
-            noise: self.noise_of(self.noise.0, recording),
-            hop: HOP_HEIGHT,
-        };
-        find_events(recording.axis(), &self.as_moved(recording), &options)
+        let xp = self.as_moved(recording);
+        let noise = self.noise_of(self.noise.0, recording);
+        let options = EventOptions::for_travel(contact_level, noise, &xp);
+        find_events(recording.axis(), &xp, &options)
     }
 
     /// Reading of the proof mass with the lag and changes of the ground's level removed \[m\].
@@ -220,7 +219,7 @@ fn level_in(
 /// Level of a ground on which the mass never rests for long, with the number of sudden turns there.
 /// If the mass stays lowest for two samples repeatedly, that is the ground. Otherwise the lowest
 /// sample may be above the ground, and a level known from another recording is used if it is near
-/// and has as many turns.
+/// and has as many turns; else the height at which the parabolas before and after the turns meet.
 fn level_of_impacts(
     recording: &Recording,
     xp: &[f64],
@@ -229,11 +228,7 @@ fn level_of_impacts(
 ) -> Option<(f64, usize)> {
     let mut finite: Vec<f64> = xp.iter().copied().filter(|x| x.is_finite()).collect();
     let bottom = quantile_in_place(&mut finite, 0.0);
-    let at = |contact_level: f64| EventOptions {
-        contact_level,
-        noise,
-        hop: HOP_HEIGHT,
-    };
+    let at = |contact_level: f64| EventOptions::for_travel(contact_level, noise, xp);
     let turns = |level: f64| -> usize {
         let impacts = find_events(recording.axis(), xp, &at(level)).impacts;
         let sudden = |i: &&Impact| i.v_after - i.v_before > 2.0 * i.v_error;
@@ -252,7 +247,14 @@ fn level_of_impacts(
     let own = (own, turns(own));
     let near = !stayed && (bottom - common).abs() < SAME_LEVEL_DISTANCE;
     let known = near.then(|| (common, turns(common)));
-    let (level, count) = known.filter(|known| known.1 >= own.1).unwrap_or(own);
+    let known = known.filter(|known| known.1 >= own.1);
+    // The lowest reading lies above a ground that the mass leaves within a sample, where the sides of
+    // its turns meet.
+    let met = || {
+        let met = level_of_turns(recording.axis(), xp, noise).filter(|_| !stayed)?;
+        (2 * met.turns >= own.1).then_some((met.level, met.turns))
+    };
+    let (level, count) = known.or_else(met).unwrap_or(own);
     (count >= 2).then_some((level, count))
 }
 
