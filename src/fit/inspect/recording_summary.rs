@@ -260,7 +260,9 @@ fn level_of_impacts(
 
 #[cfg(test)]
 mod tests {
+    use super::super::preconditions::check_summaries;
     use super::super::recording_summary::*;
+    use crate::fit::FitOptions;
     use crate::fit::tests::{made, paper, part};
 
     #[test]
@@ -287,6 +289,53 @@ mod tests {
             let whole = 5e-6 * (1.0 - (-end / 0.08).exp());
             assert!((rise - whole).abs() < 0.2e-6, "{rise}");
         }
+    }
+
+    #[test]
+    fn a_ground_on_which_nothing_rests_is_found_from_turning_points() {
+        use crate::model::drive::Waveform;
+        use crate::model::preset::Preset;
+        use crate::model::sensor::Sensor;
+        use crate::sim::{Options, simulate};
+
+        // A ball filmed with 200 frames a second, in two recordings that end before it rests. Their
+        // zeros differ by a millimetre.
+        let filmed = |alpha: f64, zero: f64, seed: u64| {
+            let mut model = Preset::embedded("bouncing-ball").unwrap().model;
+            model.set("alpha", alpha).unwrap();
+            let options = Options {
+                rate: 200.0,
+                ..Options::default()
+            };
+            let trace = simulate(&model, &Waveform::Rest, 0.9, &options).unwrap();
+            let time: Vec<f64> = (0..trace.len()).map(|i| trace.time(i)).collect();
+            let mut xp: Vec<f64> = trace.proof_mass.iter().map(|x| x + zero).collect();
+            let sensor = Sensor {
+                noise: 3e-5,
+                ..Sensor::default()
+            };
+            sensor.add_noise(&mut xp, seed);
+            part(Recording::new("ball", time, None, xp, None).unwrap())
+        };
+        let model = Preset::embedded("bouncing-ball").unwrap().model;
+        let parts = [filmed(0.7, 0.0, 1), filmed(0.75, 1e-3, 2)];
+        for (found, (part, zero)) in summarize(&model, &parts)
+            .iter()
+            .zip(parts.iter().zip([0.0, 1e-3]))
+        {
+            let level = found.level.clone().expect("a level");
+            assert!((level + 0.05 - zero).abs() < 5e-4, "{level}");
+            // The bounces at 0.25, 0.59 and 0.84 s, or a little later.
+            let impacts = found.events(&part.recording).impacts;
+            assert!(impacts.len() >= 3, "{impacts:?}");
+            for impact in &impacts {
+                let ratio = -impact.v_after / impact.v_before;
+                assert!((0.67..0.78).contains(&ratio), "{impact:?}");
+            }
+        }
+        // They may be of one device.
+        check_summaries(&model, &parts, &summarize(&model, &parts), &FitOptions::for_model(&model))
+            .unwrap();
     }
 
     #[test]

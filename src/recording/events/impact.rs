@@ -133,9 +133,10 @@ pub(crate) fn find_impacts(
             })
     };
     let between_parabolas = |k: usize, i: usize| {
-        // The samples next to another kink may be in the midst of that.
-        let from = k.checked_sub(1).map_or(limits.0, |p| candidates[p] + 2);
-        let to = candidates.get(k + 1).map_or(limits.1, |next| next - 2);
+        // The samples next to another kink or stay may be in the midst of that.
+        let from = k.checked_sub(1).map_or(limits.0, |p| candidates[p]) + 2;
+        let next = candidates.get(k + 1).map_or(limits.1, |next| *next);
+        let to = next.saturating_sub(2);
         let turn = sharp_turn(time, xp, (options.noise, interval), i, from..=to);
         turn.filter(|turn| turn.is_near(options, interval))
     };
