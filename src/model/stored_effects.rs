@@ -43,3 +43,29 @@ pub fn deserialize<'de, D: Deserializer<'de>>(reader: D) -> Result<Vec<ActiveEff
     let entries = Vec::<Entry>::deserialize(reader)?;
     entries.into_iter().map(effect).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Model;
+    use super::super::effects::{ActiveEffect, CATALOGUE};
+
+    #[test]
+    fn an_effect_stored_with_fewer_parameters_has_the_defaults_of_the_others() {
+        let longest = CATALOGUE.iter().max_by_key(|e| e.parameters.len());
+        let spec = *longest.unwrap();
+        let mut model = Model::default();
+        model.effects.push(ActiveEffect::new(spec));
+        model.effects[0].values[0] = 0.5 * spec.parameters[0].default;
+        let stored = serde_json::to_value(&model).unwrap();
+        let with = |values: serde_json::Value| {
+            let mut stored = stored.clone();
+            stored["effects"][0]["values"] = values;
+            serde_json::from_value::<Model>(stored)
+        };
+        let first = model.effects[0].values[0];
+        assert_eq!(with(serde_json::json!([first])).unwrap(), model);
+        assert!(with(serde_json::json!([])).is_err());
+        let more = vec![0.1; spec.parameters.len() + 1];
+        assert!(with(serde_json::json!(more)).is_err());
+    }
+}

@@ -106,12 +106,6 @@ pub(crate) fn find_impacts(
     limits: (usize, usize),
 ) -> Vec<Impact> {
     let candidates = kinks(time, xp, options.noise, interval, (first, last));
-    let coarse = interval > COARSE_SHARE * FIT_SPAN;
-    let candidates = if coarse {
-        strongest(time, xp, &candidates)
-    } else {
-        candidates
-    };
     let reach = ((FIT_SPAN / interval).round() as usize).clamp(FIT_SAMPLES.0, FIT_SAMPLES.1);
     let fits = |k: usize, i: usize, sides: Sides| {
         // A fit stays on its own side of the neighbouring kinks.
@@ -132,41 +126,57 @@ pub(crate) fn find_impacts(
                 judge(options, interval, time.at(i), at, &before, &after)
             })
     };
-    let between_parabolas = |k: usize, i: usize| {
-        // The samples next to another kink or stay may be in the midst of that.
-        let from = k.checked_sub(1).map_or(limits.0, |p| candidates[p]) + 2;
-        let next = candidates.get(k + 1).map_or(limits.1, |next| *next);
-        let to = next.saturating_sub(2);
-        let turn = sharp_turn(time, xp, (options.noise, interval), i, from..=to);
-        turn.filter(|turn| turn.is_near(options, interval))
+    let turns = if interval > COARSE_SHARE * FIT_SPAN {
+        let mut turns = sharp_turns(time, xp, (options.noise, interval), &candidates, limits);
+        turns.retain(|(_, turn)| turn.is_near(options, interval));
+        turns
+    } else {
+        Vec::new()
     };
     candidates
         .iter()
         .enumerate()
         .filter_map(|(k, &i)| {
-            let turn = coarse.then(|| between_parabolas(k, i)).flatten();
-            turn.or_else(|| fits(k, i, Sides::Certain))
-                .or_else(|| fits(k, i, Sides::Bent))
+            // Other kinks so close to a turn between parabolas are a part of it.
+            let close = |(at, _): &&(usize, Impact)| at.abs_diff(i) < Parabola::MIN_SAMPLES;
+            match turns.iter().find(close) {
+                Some((at, turn)) => (*at == i).then_some(*turn),
+                None => fits(k, i, Sides::Certain).or_else(|| fits(k, i, Sides::Bent)),
+            }
         })
         .collect()
 }
 
-/// The sudden turn near sample `i` between parabolas of samples in `range`, which hold no other kink.
-pub(super) fn sharp_turn(
+/// The sudden turns between parabolas among `kinks`, each with its sample. `limits`: the first and the
+/// last sample that may belong to a side, or is next to one.
+pub(super) fn sharp_turns(
     time: TimeAxis,
     xp: &[f64],
     (noise, interval): (f64, f64),
-    i: usize,
-    range: RangeInclusive<usize>,
-) -> Option<Impact> {
-    let meeting = turn_between(time, xp, (noise, interval), i, range)?;
-    let turn = Impact::of_parabolas(time.at(i), &meeting);
-    turn.is_sudden(turn.v_error).then_some(turn)
+    kinks: &[usize],
+    limits: (usize, usize),
+) -> Vec<(usize, Impact)> {
+    let kinks = strongest(time, xp, kinks);
+    let turn = |(k, &i): (usize, &usize)| {
+        // The samples next to another kink or stay may be in the midst of that.
+        let from = k.checked_sub(1).map_or(limits.0, |p| kinks[p]) + 2;
+        let next = kinks.get(k + 1).map_or(limits.1, |next| *next);
+        let meeting = turn_between(
+            time,
+            xp,
+            (noise, interval),
+            i,
+            from..=next.saturating_sub(2),
+        )?;
+        let turn = Impact::of_parabolas(time.at(i), &meeting);
+        turn.is_sudden(turn.v_error).then_some((i, turn))
+    };
+    kinks.iter().enumerate().filter_map(turn).collect()
 }
 
 /// Of kinks so close to each other that no side of samples lies between, the strongest: a reading
 /// that is smoothed over some samples shows one impact as several.
-pub(super) fn strongest(time: TimeAxis, xp: &[f64], kinks: &[usize]) -> Vec<usize> {
+fn strongest(time: TimeAxis, xp: &[f64], kinks: &[usize]) -> Vec<usize> {
     let slope = |i: usize| (xp[i + 1] - xp[i]) / (time.at(i + 1) - time.at(i));
     let kink = |i: usize| slope(i) - slope(i - 1);
     let mut found: Vec<usize> = Vec::new();

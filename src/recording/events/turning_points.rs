@@ -4,7 +4,7 @@
 //! A mass that bounces and never rests shows the ground by these alone. Each is where the parabolas
 //! before and after it meet; the ground is the height at which most of them do.
 
-use super::impact::{Impact, kinks, sharp_turn, strongest};
+use super::impact::{Impact, kinks, sharp_turns};
 use crate::recording::grid::TimeAxis;
 use crate::recording::median_in_place;
 
@@ -54,15 +54,10 @@ pub fn turning_points(time: TimeAxis, xp: &[f64], noise: f64) -> Vec<Impact> {
     let interval = time.interval(xp.len());
     let last = xp.len() - 1;
     let all = kinks(time, xp, noise, interval, (0, last));
-    let candidates = strongest(time, xp, &all);
-    let turn = |(k, &i): (usize, &usize)| {
-        // The samples next to another kink may be in the midst of that.
-        let from = k.checked_sub(1).map_or(0, |p| candidates[p] + 2);
-        let to = candidates.get(k + 1).map_or(last, |next| next - 2);
-        let turn = sharp_turn(time, xp, (noise, interval), i, from..=to)?;
-        (turn.v_after > MIN_FLIP_ERRORS * turn.v_error).then_some(turn)
-    };
-    candidates.iter().enumerate().filter_map(turn).collect()
+    let turns = sharp_turns(time, xp, (noise, interval), &all, (0, last));
+    let flips = |turn: &Impact| turn.v_after > MIN_FLIP_ERRORS * turn.v_error;
+    let all = turns.into_iter().map(|(_, turn)| turn);
+    all.filter(flips).collect()
 }
 
 /// The level at which most of the sudden turns are, if at least two are and nothing is below it.
