@@ -113,7 +113,10 @@ fn a_coarser_tolerance_ends_in_rest_earlier_and_at_the_same_bounces() {
         // `1 / (1 - alpha)` of that; the last one left out may be lower by `alpha^2`.
         let most = 2.0 * (2.0 * tolerance / GRAVITY).sqrt() / (1.0 - alpha);
         assert!(early < 1.01 * most + 1e-9, "{tolerance}: {early} {most}");
-        assert!(early > 0.99 * alpha * most - 1e-9, "{tolerance}: {early} {most}");
+        assert!(
+            early > 0.99 * alpha * most - 1e-9,
+            "{tolerance}: {early} {most}"
+        );
         assert!(early < last, "{tolerance}");
         last = early;
     }

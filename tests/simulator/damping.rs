@@ -131,7 +131,13 @@ fn viscous_quadratic_and_dry_damping_act_together() {
     }
     // Each of the three counts.
     for without in [
-        oscillator(0.0, &[("quadratic_drag", &[("cd", cd)]), ("dry_friction", &[("fc", fc)])]),
+        oscillator(
+            0.0,
+            &[
+                ("quadratic_drag", &[("cd", cd)]),
+                ("dry_friction", &[("fc", fc)]),
+            ],
+        ),
         oscillator(zeta, &[("dry_friction", &[("fc", fc)])]),
         oscillator(zeta, &[("quadratic_drag", &[("cd", cd)])]),
     ] {
@@ -152,7 +158,10 @@ fn friction_in_proportion_to_the_deflection_decays_by_a_ratio() {
     assert!(all.len() > 14, "{}", all.len());
     for (n, size) in all.iter().enumerate() {
         let expected = START * ratio.powi(n as i32);
-        assert!((size / expected - 1.0).abs() < 1e-5, "{n}: {size} {expected}");
+        assert!(
+            (size / expected - 1.0).abs() < 1e-5,
+            "{n}: {size} {expected}"
+        );
     }
     let inward = ((STIFFNESS - ml) / MASS).sqrt();
     let outward = ((STIFFNESS + ml) / MASS).sqrt();

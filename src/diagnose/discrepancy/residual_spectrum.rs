@@ -341,10 +341,7 @@ mod tests {
     fn a_lightly_damped_mode_is_found_with_its_shape() {
         let ring = highest(&stretches(7e3, 400.0, 0.5), usize::MAX);
         assert!(ring.significance > 2.0 * PEAK_MIN_SIGNIFICANCE, "{ring:?}");
-        assert!(
-            (ring.frequency - 7e3).abs() <= 100.0,
-            "{ring:?}"
-        );
+        assert!((ring.frequency - 7e3).abs() <= 100.0, "{ring:?}");
         assert!((ring.shape.1 / ring.shape.0 - 0.5).abs() < 0.1, "{ring:?}");
     }
 
@@ -357,10 +354,7 @@ mod tests {
             "{early:?}"
         );
         assert!(early.significance > 1.5 * whole.significance, "{whole:?}");
-        assert!(
-            (early.frequency - 18e3).abs() <= 500.0,
-            "{early:?}"
-        );
+        assert!((early.frequency - 18e3).abs() <= 500.0, "{early:?}");
     }
 
     #[test]

@@ -334,8 +334,13 @@ mod tests {
             }
         }
         // They may be of one device.
-        check_summaries(&model, &parts, &summarize(&model, &parts), &FitOptions::for_model(&model))
-            .unwrap();
+        check_summaries(
+            &model,
+            &parts,
+            &summarize(&model, &parts),
+            &FitOptions::for_model(&model),
+        )
+        .unwrap();
     }
 
     #[test]

@@ -73,7 +73,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         force_over_displacement: true,
         feature_strength: Some("k3"),
         // Without a cubic term its form is nothing, and a length of 0 is none.
-        is_felt: |values, i| i != LENGTH || (values[0] != 0.0 && values[LENGTH] != 0.0),
+        is_felt: |values, i| i != LENGTH_INDEX || (values[0] != 0.0 && values[LENGTH_INDEX] != 0.0),
         ..Facts::DEFAULT
     },
     search: Search {
@@ -81,7 +81,9 @@ pub static EFFECT: EffectSpec = EffectSpec {
         // Both terms are one force; the length is none.
         form_errors: |values, tolerance| {
             let mut values = values.to_vec();
-            values[..LENGTH].iter_mut().for_each(|k| *k *= tolerance.share);
+            values[..LENGTH_INDEX]
+                .iter_mut()
+                .for_each(|k| *k *= tolerance.share);
             vec![FormError::InWindows(values, Quantity::Displacement)]
         },
         ..Search::DEFAULT
@@ -90,7 +92,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
 };
 
 /// Which parameter is the length of the sine form.
-const LENGTH: usize = 2;
+const LENGTH_INDEX: usize = 2;
 
 /// Lengths of the sine form from which a fit begins, as shares of the largest displacement: half a
 /// turn, and less than half of that. From a longer one on, it is the plain cubic to some percent.
@@ -113,7 +115,7 @@ fn starts(motion: &Motion) -> Vec<Start> {
     };
     let sine = |share: f64| {
         let values = [k3, 0.0, share * motion.length];
-        Start::signed(&values, 0, &[0, LENGTH])
+        Start::signed(&values, 0, &[0, LENGTH_INDEX])
     };
     std::iter::once(plain)
         .chain(LENGTH_SHARES.map(sine))
@@ -141,7 +143,11 @@ impl CubicStiffness {
         }
         // To the thirteenth power of the angle: exact to rounding for small ones.
         let series = [156.0, 110.0, 72.0, 42.0, 20.0];
-        xp * xp * xp * series.iter().fold(1.0, |sum, term| 1.0 - square / term * sum)
+        xp * xp
+            * xp
+            * series
+                .iter()
+                .fold(1.0, |sum, term| 1.0 - square / term * sum)
     }
 }
 

@@ -23,7 +23,7 @@ pub static EFFECT: EffectSpec = EffectSpec {
         name: "even stiffness",
         unit: "N/m^2",
         default: 1.0,
-        range: (-20.0, 20.0),
+        range: (-5.0, 5.0),
         limits: (-1e15, 1e15),
         scale: Scale::Linear,
         rank: Rank::Advanced,

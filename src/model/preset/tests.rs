@@ -130,12 +130,32 @@ fn the_rule_of_bounces_is_read_and_written() {
         assert_eq!(again, preset.model);
     }
     for (lines, key, reason) in [
-        ("bounce = \"rubber\"".to_owned(), "bounce", "pull-off, restitution"),
+        (
+            "bounce = \"rubber\"".to_owned(),
+            "bounce",
+            "pull-off, restitution",
+        ),
         ("stick_speed = 0.1".to_owned(), "stick_speed", "belongs to"),
-        ("adhesion_reach = 0.1".to_owned(), "adhesion_reach", "belongs to"),
-        (format!("{speed}\nadhesion_reach = 1.0"), "adhesion_reach", "not both"),
-        (format!("{line}\nstick_speed = -0.1"), "stick_speed", "between 0"),
-        (format!("{line}\nadhesion_reach = nan"), "adhesion_reach", "between 0"),
+        (
+            "adhesion_reach = 0.1".to_owned(),
+            "adhesion_reach",
+            "belongs to",
+        ),
+        (
+            format!("{speed}\nadhesion_reach = 1.0"),
+            "adhesion_reach",
+            "not both",
+        ),
+        (
+            format!("{line}\nstick_speed = -0.1"),
+            "stick_speed",
+            "between 0",
+        ),
+        (
+            format!("{line}\nadhesion_reach = nan"),
+            "adhesion_reach",
+            "between 0",
+        ),
         ("bounce = 1".to_owned(), "bounce", "invalid type"),
     ] {
         let error = with(&lines).unwrap_err();
@@ -148,7 +168,11 @@ fn the_rule_of_bounces_is_read_and_written() {
         assert!(*line > 1 && found == key, "{error}");
         assert!(error.to_string().contains(reason), "{error}");
     }
-    let bare = EMBEDDED[2].1.replacen("ground = false", "ground = false\nbounce = \"restitution\"", 1);
+    let bare = EMBEDDED[2].1.replacen(
+        "ground = false",
+        "ground = false\nbounce = \"restitution\"",
+        1,
+    );
     let error = Preset::parse("bare.toml", &bare).unwrap_err().to_string();
     assert!(error.contains("without a ground"), "{error}");
 }

@@ -67,9 +67,8 @@ pub fn level_of_turns(time: TimeAxis, xp: &[f64], noise: f64) -> Option<TurnLeve
     let interval = time.interval(xp.len());
     let reach = |turn: &Impact| BELOW_SIGMAS * noise + turn.height_blur(interval);
     let with = |one: &Impact| -> Vec<&Impact> {
-        let near = |other: &&Impact| {
-            (other.height - one.height).abs() <= reach(one).max(reach(other))
-        };
+        let near =
+            |other: &&Impact| (other.height - one.height).abs() <= reach(one).max(reach(other));
         turns.iter().filter(near).collect()
     };
     let most = turns.iter().map(with).max_by_key(Vec::len)?;
@@ -78,7 +77,10 @@ pub fn level_of_turns(time: TimeAxis, xp: &[f64], noise: f64) -> Option<TurnLeve
     }
     let mut heights: Vec<f64> = most.iter().map(|turn| turn.height).collect();
     let level = median_in_place(&mut heights);
-    let mut off: Vec<f64> = heights.iter().map(|height| (height - level).abs()).collect();
+    let mut off: Vec<f64> = heights
+        .iter()
+        .map(|height| (height - level).abs())
+        .collect();
     let scatter = median_in_place(&mut off);
     let slack = most.iter().map(|turn| reach(turn)).fold(0.0, f64::max);
     let below = xp.iter().filter(|x| **x < level - slack).count();

@@ -176,9 +176,7 @@ impl Runner {
         self.place(level, after);
         let pull = self.pull_if_held();
         let resolved = self.options.tolerance.max(LEVEL_SLACK * level.abs());
-        let rebounds = self
-            .device
-            .rebounds((-before, after), -pull, resolved);
+        let rebounds = self.device.rebounds((-before, after), -pull, resolved);
         if rebounds || pull > self.threshold(0.0, level) {
             self.sliding = 1.0;
             return self.report(trace, EventKind::Impact, [before, after], pull, 0.0);
