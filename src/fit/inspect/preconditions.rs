@@ -12,8 +12,8 @@ use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::thresholds::{
     MAX_EXTREME_RUN, MAX_LEVEL_DIFFERENCE, MAX_LEVEL_DIFFERENCE_IN_A_FIT, MIN_DRIVE_VOLTAGE,
-    MIN_LEVEL_DIFFERENCE_SHARE,
-    MIN_SAMPLES, MIN_VOLTAGE_SYMMETRY, NOISELESS_SHARE, SATURATED_SHARE, SATURATED_SHARE_IN_NOISE,
+    MIN_LEVEL_DIFFERENCE_SHARE, MIN_SAMPLES, MIN_VOLTAGE_SYMMETRY, NOISELESS_SHARE,
+    SATURATED_SHARE, SATURATED_SHARE_IN_NOISE,
 };
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
