@@ -15,7 +15,7 @@ pub struct Arguments {
     /// Recordings to diagnose (CSV); without --held-out the last third of each is held out
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
-    /// Device: paper, paper-as-printed, oscillator, faller, or a preset file
+    /// Device: paper, paper-as-printed, oscillator, faller, bouncing-ball, or a preset file
     #[arg(long, default_value = "paper")]
     preset: String,
     /// Held-out recording, used to check the answer; repeatable

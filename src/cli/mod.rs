@@ -44,7 +44,7 @@ struct Cli {
 struct WindowArgs {
     /// Recordings (CSV), presets (.toml) or a session (.impactscope.toml) to open
     files: Vec<PathBuf>,
-    /// Preset to open: paper, paper-as-printed, oscillator, faller, or a file
+    /// Preset to open: paper, paper-as-printed, oscillator, faller, bouncing-ball, or a file
     #[arg(long)]
     preset: Option<String>,
     /// Workspace to open

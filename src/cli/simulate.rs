@@ -41,7 +41,7 @@ fn lists() -> String {
 #[derive(Debug, Args)]
 #[command(after_help = lists())]
 pub struct Arguments {
-    /// Device: paper, paper-as-printed, oscillator, faller, or a preset file
+    /// Device: paper, paper-as-printed, oscillator, faller, bouncing-ball, or a preset file
     #[arg(long, default_value = "paper")]
     preset: String,
     /// Drive: rest, sine|square|triangle:F:A, ramped:F:A:LAMBDA, chirp:F0:F1:A, table:FILE or points:FILE (CSV with t and V)

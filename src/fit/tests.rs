@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use crate::fit::*;
 use crate::model::Model;
 use crate::model::drive::Waveform;
+use crate::model::effects::{ActiveEffect, find};
 use crate::model::preset::Preset;
 use crate::model::sensor::Sensor;
 use crate::recording::Recording;
@@ -172,6 +173,39 @@ fn a_bare_oscillator_is_fitted() {
             p.id,
             p.value
         );
+    }
+}
+
+#[test]
+fn viscous_quadratic_and_dry_damping_are_fitted_together() {
+    let mut truth = paper();
+    truth.has_ground = false;
+    let laws = [("quadratic_drag", "cd", 2e-7), ("dry_friction", "fc", 5e-9)];
+    for (id, parameter, value) in laws {
+        let mut effect = ActiveEffect::new(find(id).unwrap());
+        assert!(effect.set(parameter, value));
+        truth.effects.push(effect);
+    }
+    let factors = [
+        ("zeta1", 1.6),
+        ("quadratic_drag.cd", 0.5),
+        ("dry_friction.fc", 2.0),
+    ];
+    let parts = vec![
+        part(made(&truth, "square:40Hz:6V", 0.1, 1)),
+        part(made(&truth, "sine:50Hz:8V", 0.06, 2)),
+    ];
+    let free = FitOptions {
+        free: factors.map(|(id, _)| id.to_owned()).to_vec(),
+        ..FitOptions::for_model(&truth)
+    };
+    let found = run(&off(truth.clone(), &factors), &parts, &free).unwrap();
+    assert_eq!(found.parameters.len(), 3);
+    for p in &found.parameters {
+        let expected = truth.get(&p.id).unwrap();
+        let off = (p.value - expected).abs();
+        assert!(off < 5.0 * p.std_error + 0.02 * expected, "{p:?}");
+        assert!(p.std_error < 0.2 * expected, "{p:?}");
     }
 }
 

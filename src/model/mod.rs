@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use self::effects::{ActiveEffect, EffectSpec, Need, Surroundings};
+use self::ground::{BounceRule, StickSpeed};
 use self::parameter::{ParameterId, Parameters};
 use self::piezo::Piezo;
 use self::structure::Structure;
@@ -67,6 +68,9 @@ pub struct Model {
     pub piezo: Option<Piezo>,
     /// Whether there is a ground, with its film and adhesion.
     pub has_ground: bool,
+    /// Which arrivals at the ground are bounces.
+    #[serde(default, skip_serializing_if = "BounceRule::is_pull_off")]
+    pub bounce: BounceRule,
     /// Whether the cantilever's centre is a point of its own, with a reading.
     pub has_cantilever: bool,
     /// Effects beyond the baseline.
@@ -229,6 +233,18 @@ impl Model {
 
     fn check_ground(&self) -> Result<(), ModelError> {
         use self::parameter::ParameterId as P;
+        if let BounceRule::Restitution(stick) = self.bounce {
+            let (key, value, unit) = match stick {
+                StickSpeed::Given(speed) => ("stick_speed", speed, "m/s"),
+                StickSpeed::AdhesionOver(reach) => ("adhesion_reach", reach, "m"),
+            };
+            if !(0.0..=1e9).contains(&value) {
+                return Err(ModelError::new(
+                    key,
+                    format!("{key} must lie between 0 and 1e9 {unit}, not {value}"),
+                ));
+            }
+        }
         let (gp, dp, x0) = (
             self.parameters[P::Gp],
             self.parameters[P::Dp],

@@ -6,7 +6,7 @@
 //! samples), nothing is found below it, the time spent near it does not grow as it
 //! does at a turning point, and it is met suddenly or held while the voltage moves.
 
-use super::events::{EventOptions, HOP_HEIGHT, find_events};
+use super::events::{EventOptions, find_events, hop_height};
 use super::features::missing::Missing;
 use super::grid::TimeAxis;
 use super::noise::NoiseEstimate;
@@ -102,7 +102,7 @@ pub fn estimate_contact_level(
     let options = EventOptions {
         contact_level: level,
         noise: sigma,
-        hop: HOP_HEIGHT.min(0.1 * range),
+        hop: hop_height(range),
     };
     let events = find_events(time, xp, &options);
     let sudden = !events.impacts.is_empty();

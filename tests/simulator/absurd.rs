@@ -495,7 +495,13 @@ fn every_device_ends_at_the_extremes_of_its_parameters() {
         let points = (vec![0.0, 2e-5, 3e-5], vec![0.0, 8.0, -8.0]);
         let table = VoltageTable::new("three points", points.0, points.1).unwrap();
         let drives = [Waveform::Rest, Waveform::Table(Arc::new(table))];
-        for preset in ["paper", "paper-as-printed", "oscillator", "faller"] {
+        for preset in [
+            "paper",
+            "paper-as-printed",
+            "oscillator",
+            "faller",
+            "bouncing-ball",
+        ] {
             let device = Preset::embedded(preset).unwrap().model;
             for id in ParameterId::ALL.into_iter().filter(|id| device.uses(*id)) {
                 for value in extremes(id.spec().limits) {

@@ -187,6 +187,27 @@ fn forces_on_the_mass() {
             &both,
         );
     }
+    for k2 in [2.0, -1.5] {
+        check(
+            "even_stiffness",
+            &[("k2", k2)],
+            Effects { k2, ..none() },
+            &both,
+        );
+    }
+    for (k3, k5, sine_length) in [(-3e4, 0.0, 4e-5), (5e4, -1e11, 3e-5), (2e4, 0.0, 1e-3)] {
+        check(
+            "cubic_stiffness",
+            &[("k3", k3), ("k5", k5), ("l", sine_length)],
+            Effects {
+                k3,
+                k5,
+                sine_length,
+                ..none()
+            },
+            &both,
+        );
+    }
     check(
         "quadratic_drag",
         &[("cd", 5e-7)],
@@ -214,6 +235,14 @@ fn friction_and_film() {
             ..Effects::default()
         };
         check("dry_friction", &[("fc", fc)], effects, &[SQUARE, SINE]);
+    }
+    for load in [(2e-4, 0.0), (3e-4, -2.0), (0.0, 3.0)] {
+        let effects = Effects {
+            load,
+            ..Effects::default()
+        };
+        let values = [("ml", load.0), ("mq", load.1)];
+        check("load_friction", &values, effects, &[SQUARE, SINE]);
     }
     for (film_tau, film_growth) in [(5e-6, 0.0), (200e-6, 0.0), (300e-6, 2.0), (4e-6, 2.0)] {
         let effects = Effects {

@@ -10,8 +10,10 @@ mod twin;
 
 mod absurd;
 mod accuracy;
+mod bouncing;
 mod closed_forms;
 mod convergence;
+mod damping;
 mod effects;
 mod effects_off;
 mod effects_together;

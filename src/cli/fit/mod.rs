@@ -25,7 +25,7 @@ pub struct Arguments {
     /// Recordings to fit to (CSV); without --held-out the last third of each is held out
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
-    /// Device and starting values: paper, paper-as-printed, oscillator, faller, or a preset file
+    /// Device and starting values: paper, paper-as-printed, oscillator, faller, bouncing-ball, or a preset file
     #[arg(long, default_value = "paper")]
     preset: String,
     /// Parameters to fit, e.g. Cs,gp,eta or quadratic_drag.cd; by default all that are usually tuned

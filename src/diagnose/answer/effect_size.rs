@@ -31,7 +31,7 @@ fn force(action: &dyn Action, s: &Sample, model: &Model, z: &[f64]) -> f64 {
     };
     let mass = 1.0 / model.structure().mobility();
     action.force_on_proof_mass(&at, z)
-        - action.friction() * s.vp.signum()
+        - action.friction(s.xp) * s.vp.signum()
         - mass * action.base_acceleration(s.time)
 }
 

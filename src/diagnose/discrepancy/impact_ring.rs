@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::excitations::{Kicks, kicks_of, ring_course};
 use super::residual_spectrum;
-use super::residual_spectrum::{MIN_FREQUENCY, SegmentResiduals};
+use super::residual_spectrum::{SearchBand, SegmentResiduals};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::thresholds::{RING_MIN_CONTRAST, RING_MIN_GAIN};
@@ -86,6 +86,7 @@ impl PhaseLockedRing {
 /// Residuals of a fit, and what may have excited rings in them.
 pub struct ImpactExcitations {
     residuals: Vec<SegmentResiduals>,
+    band: SearchBand,
     kicks: Vec<Kicks>,
     /// Noise of both readings \[m\].
     noise: [f64; 2],
@@ -98,13 +99,20 @@ impl ImpactExcitations {
     /// [`SimError`] if the model makes no sense.
     pub fn new(side: &Split, fitted: &Fitted) -> Result<Self, SimError> {
         let data = &fitted.problem.data;
+        let residuals = residual_spectrum::flight_residuals(fitted)?;
         Ok(Self {
             kicks: kicks_of(side, fitted),
-            residuals: residual_spectrum::flight_residuals(fitted)?,
+            band: SearchBand::of(fitted, &residuals),
+            residuals,
             noise: data
                 .first()
                 .map_or([0.0; 2], |d| [d.sigmas.xp, d.sigmas.xc]),
         })
+    }
+
+    /// The frequencies that are searched.
+    pub fn band(&self) -> SearchBand {
+        self.band
     }
 
     /// The ring up to `quickest` \[Hz\] that stands out, if any. Its phase also identifies
@@ -113,12 +121,13 @@ impl ImpactExcitations {
         let rates = self.residuals.iter().map(|own| 1.0 / own.interval);
         let rate = rates.fold(f64::INFINITY, f64::min);
         let highest = quickest.min(MAX_TURNS_PER_SAMPLE * rate);
-        if highest <= MIN_FREQUENCY {
+        let lowest = self.band.lowest;
+        if !(highest > lowest && highest.is_finite()) {
             return None;
         }
-        let mut all = self.scan(MIN_FREQUENCY, highest);
+        let mut all = self.scan(lowest, highest);
         // Slow motion appears here too, by aliasing.
-        all.retain(|p| (p.frequency - rate * (p.frequency / rate).round()).abs() > MIN_FREQUENCY);
+        all.retain(|p| (p.frequency - rate * (p.frequency / rate).round()).abs() > lowest);
         let best = *all.iter().max_by(|a, b| a.gain.total_cmp(&b.gain))?;
         all.retain(|p| p.zeta == best.zeta);
         let mut gains: Vec<f64> = all.iter().map(|p| p.gain).collect();
@@ -129,7 +138,7 @@ impl ImpactExcitations {
 
     /// The ring with the largest gain within `reach` of `frequency` \[Hz\].
     pub fn best_near(&self, frequency: f64, reach: f64) -> Option<PhaseLockedRing> {
-        let (low, high) = ((frequency - reach).max(1.0), frequency + reach);
+        let (low, high) = ((frequency - reach).max(0.1 * frequency), frequency + reach);
         let all = self.scan(low, high).into_iter();
         all.max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
@@ -278,6 +287,10 @@ mod tests {
         }
         ImpactExcitations {
             residuals: left,
+            band: SearchBand {
+                lowest: 1500.0,
+                spacing: 100.0,
+            },
             kicks: vec![kicks],
             noise: [READING_NOISE; 2],
         }

@@ -241,6 +241,18 @@ impl Action for WindowedEffect {
         self.share(at) * self.inner.force_on_proof_mass(at, z)
     }
 
+    fn friction(&self, xp: f64) -> f64 {
+        let at = Kinematics {
+            xp,
+            ..Kinematics::default()
+        };
+        self.share(&at) * self.inner.friction(xp)
+    }
+
+    fn friction_varies(&self) -> bool {
+        self.inner.friction_varies()
+    }
+
     fn film_force(&self, film: f64, z: &[f64]) -> f64 {
         self.inner.film_force(film, z)
     }
@@ -270,7 +282,7 @@ mod tests {
     fn a_windowed_effect_equals_the_effect_in_its_window() {
         let cubic = ActiveEffect {
             spec: find("cubic_stiffness").unwrap(),
-            values: vec![2e4, -2e12],
+            values: vec![2e4, -2e12, 0.0],
         };
         let at = |xp: f64| Kinematics {
             xp,

@@ -336,7 +336,7 @@ mod tests {
     fn gain_share_with_stiffness(concealed: ActiveEffect) -> f64 {
         let stiffness = ActiveEffect {
             spec: find("cubic_stiffness").unwrap(),
-            values: vec![1e4, 0.0],
+            values: vec![1e4, 0.0, 0.0],
         };
         let free = ["k3", "k5"].map(|k| format!("cubic_stiffness.{k}"));
         let drives = [("square:40Hz:8V", 0.06), ("sine:50Hz:8V", 0.06)];
@@ -352,7 +352,7 @@ mod tests {
     fn a_force_of_the_product_of_displacements_is_distinguished_from_a_stiffness() {
         let stiffness = gain_share_with_stiffness(ActiveEffect {
             spec: find("cubic_stiffness").unwrap(),
-            values: vec![2e4, 0.0],
+            values: vec![2e4, 0.0, 0.0],
         });
         assert!(stiffness < 0.01, "{stiffness}");
         let product = gain_share_with_stiffness(ActiveEffect {

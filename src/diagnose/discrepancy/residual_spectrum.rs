@@ -13,10 +13,19 @@ use crate::fit::segment::Segment;
 use crate::fit::solve::point::residuals_at;
 use crate::sim::SimError;
 
-/// Spacing of the frequencies \[Hz\].
-pub(crate) const FREQUENCY_SPACING: f64 = 100.0;
-/// Lowest frequency \[Hz\]: a slower mode would not ring within a segment.
-pub(crate) const MIN_FREQUENCY: f64 = 1500.0;
+/// Lowest frequency that is searched in a structure of several modes, over that of the slowest: a
+/// structure is given with its lowest modes, and the errors of the slowest and its second harmonic
+/// are below.
+const LOWEST_OVER_SLOWEST: f64 = 2.4;
+/// Periods of the slowest mode that is searched in the usual segment of a device of a single mode,
+/// which may hang on something softer.
+const MIN_PERIODS_IN_SEGMENT: f64 = 4.0;
+/// Spacing of the frequencies, as a share of the lowest.
+const SPACING_SHARE: f64 = 1.0 / 15.0;
+/// Highest frequency, as a share of the sampling rate.
+const HIGHEST_RATE_SHARE: f64 = 0.48;
+/// Most frequencies of a spectrum.
+const MAX_FREQUENCIES: usize = 4000;
 
 /// Fewest samples of a segment that is used.
 const MIN_SEGMENT_SAMPLES: usize = 40;
@@ -64,6 +73,56 @@ pub(crate) struct SegmentResiduals {
     pub(crate) colour: Colour,
 }
 
+/// Where a further mode is searched for, by the modes and the segments of a case.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SearchBand {
+    /// Lowest frequency \[Hz\].
+    pub lowest: f64,
+    /// Spacing of the frequencies \[Hz\].
+    pub spacing: f64,
+}
+
+impl SearchBand {
+    /// For a structure of several modes, whose slowest has the frequency `slowest` \[Hz\], or for a
+    /// single mass, read in segments of the usual `length` \[s\].
+    pub fn new(slowest: Option<f64>, length: f64) -> Self {
+        let by_segments = MIN_PERIODS_IN_SEGMENT / length;
+        let lowest = slowest.map_or(by_segments, |f| LOWEST_OVER_SLOWEST * f);
+        Self {
+            lowest,
+            spacing: SPACING_SHARE * lowest,
+        }
+    }
+
+    /// For the residuals `left` of a fit.
+    pub(crate) fn of(fitted: &Fitted, left: &[SegmentResiduals]) -> Self {
+        let structure = fitted.model.structure();
+        let bound = structure.modes.iter().map(|m| m.frequency);
+        let bound: Vec<f64> = bound.filter(|f| *f > 0.0).collect();
+        let slowest = bound.iter().copied().reduce(f64::min);
+        let slowest = slowest.filter(|_| bound.len() > 1);
+        let length = |own: &SegmentResiduals| own.interval * own.channels[0].len() as f64;
+        let mut lengths: Vec<f64> = left.iter().map(length).collect();
+        // Without segments nothing limits it.
+        let usual = match lengths.as_mut_slice() {
+            [] => 0.0,
+            lengths => crate::recording::quantile_in_place(lengths, 0.5),
+        };
+        Self::new(slowest, usual)
+    }
+
+    /// The frequencies of a spectrum of samples taken at `rate` \[Hz\].
+    fn frequencies(&self, rate: f64) -> Vec<f64> {
+        let count = (HIGHEST_RATE_SHARE * rate - self.lowest) / self.spacing;
+        if !(count.is_finite() && count >= 5.0) {
+            return Vec::new();
+        }
+        let count = (count.floor() as usize).min(MAX_FREQUENCIES);
+        let at = |k: usize| self.lowest + k as f64 * self.spacing;
+        (0..count).map(at).collect()
+    }
+}
+
 /// Lowest sampling rate among the recordings of a fit \[Hz\]; `None` without any.
 pub(crate) fn slowest_rate(fitted: &Fitted) -> Option<f64> {
     let data = fitted.problem.data.iter();
@@ -80,15 +139,9 @@ pub fn strongest_peak(fitted: &Fitted) -> Result<Option<SpectralPeak>, SimError>
     let Some(rate) = slowest_rate(fitted) else {
         return Ok(None);
     };
-    let count = ((0.48 * rate - MIN_FREQUENCY) / FREQUENCY_SPACING).floor();
-    if count < 5.0 {
-        return Ok(None);
-    }
-    let frequencies: Vec<f64> = (0..count as usize)
-        .map(|k| MIN_FREQUENCY + k as f64 * FREQUENCY_SPACING)
-        .collect();
     let left = flight_residuals(fitted)?;
-    if left.len() < 5 {
+    let frequencies = SearchBand::of(fitted, &left).frequencies(rate);
+    if left.len() < 5 || frequencies.is_empty() {
         return Ok(None);
     }
     let both = point
@@ -256,6 +309,26 @@ mod tests {
     }
 
     #[test]
+    fn the_searched_band_goes_with_the_device() {
+        // The paper's device in segments of a millisecond.
+        let band = SearchBand::new(Some(623.0), 1e-3);
+        assert!((band.lowest - 1495.2).abs() < 1e-9, "{band:?}");
+        let all = band.frequencies(50e3);
+        assert!((220..240).contains(&all.len()), "{}", all.len());
+        // Everything a thousand times slower: the same frequencies in other units.
+        let slow = SearchBand::new(Some(0.623), 1.0).frequencies(50.0);
+        assert_eq!(slow.len(), all.len());
+        assert!((1e3 * slow[7] / all[7] - 1.0).abs() < 1e-12);
+        // A spring at 1.37 Hz, read for 10 of its periods: a mode below it is in the band, too.
+        let spring = SearchBand::new(None, 10.0 / 1.37);
+        assert!(spring.lowest < 0.6, "{spring:?}");
+        let highest = spring.frequencies(100.0).pop().unwrap();
+        assert!(highest > 40.0, "{highest}");
+        // Without segments nothing is searched.
+        assert!(SearchBand::new(None, 0.0).frequencies(100.0).is_empty());
+    }
+
+    #[test]
     fn noise_has_no_peak() {
         let left = stretches(7e3, 100.0, 0.0);
         for length in [usize::MAX, EARLY_SAMPLES] {
@@ -268,10 +341,7 @@ mod tests {
     fn a_lightly_damped_mode_is_found_with_its_shape() {
         let ring = highest(&stretches(7e3, 400.0, 0.5), usize::MAX);
         assert!(ring.significance > 2.0 * PEAK_MIN_SIGNIFICANCE, "{ring:?}");
-        assert!(
-            (ring.frequency - 7e3).abs() <= FREQUENCY_SPACING,
-            "{ring:?}"
-        );
+        assert!((ring.frequency - 7e3).abs() <= 100.0, "{ring:?}");
         assert!((ring.shape.1 / ring.shape.0 - 0.5).abs() < 0.1, "{ring:?}");
     }
 
@@ -284,10 +354,7 @@ mod tests {
             "{early:?}"
         );
         assert!(early.significance > 1.5 * whole.significance, "{whole:?}");
-        assert!(
-            (early.frequency - 18e3).abs() <= 5.0 * FREQUENCY_SPACING,
-            "{early:?}"
-        );
+        assert!((early.frequency - 18e3).abs() <= 500.0, "{early:?}");
     }
 
     #[test]

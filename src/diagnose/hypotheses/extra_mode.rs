@@ -6,7 +6,6 @@ use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::discrepancy::impact_ring::{ImpactExcitations, MODE_NUMBERS, PhaseLockedRing};
 use crate::diagnose::discrepancy::residual_spectrum;
-use crate::diagnose::discrepancy::residual_spectrum::MIN_FREQUENCY;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::fitted::Bound;
 use crate::diagnose::shooting::workspace::Workspace;
@@ -19,6 +18,10 @@ use crate::model::effects::{ActiveEffect, EffectSpec, own_ids};
 
 /// Motion of a further mode at the mass, as a share of that of all modes.
 const HIDDEN_MODE_SHARE: f64 = 0.06;
+
+/// How far above the highest known mode a further one is searched for, as a factor; in any case as far
+/// as the samples show. The next bending modes of a beam are at 2.8 and 5.5 times its second.
+const FREQUENCY_REACH: f64 = 6.2;
 
 /// Bounds of a mode's frequency, relative to where it was found.
 const FREQUENCY_BOUND_FACTORS: (f64, f64) = (0.9, 1.1);
@@ -48,10 +51,11 @@ pub fn extra_mode_hypothesis(
             .collect(),
     };
     let rate = residual_spectrum::slowest_rate(&state.train).unwrap_or(f64::INFINITY);
-    let near = |f: f64| mode_bounds(spec, [0, 1], f, rate).to_vec();
+    let band = excitations.band();
+    let near = |f: f64| mode_bounds(spec, [0, 1], f, (rate, band.lowest)).to_vec();
     let in_step = |ring: &PhaseLockedRing| (with(mode_of_ring(ring, model)), near(ring.frequency));
     // By aliasing, the true frequency may be higher.
-    let (_, quickest) = spec.parameters[0].range;
+    let quickest = highest_searched(model, rate, FREQUENCY_REACH);
     let mut places = Vec::new();
     if let Some(peak) = &peak {
         let (p, c) = peak.shape;
@@ -101,9 +105,18 @@ pub fn extra_mode_hypothesis(
     }))
 }
 
+/// Highest frequency at which a further mode of `model` is searched for \[Hz\] in recordings sampled at
+/// `rate` \[Hz\]: `reach` times that of its highest mode, and all that the samples show.
+pub fn highest_searched(model: &Model, rate: f64, reach: f64) -> f64 {
+    let structure = model.structure();
+    let known = structure.modes.iter().map(|m| m.frequency);
+    let highest = known.fold(0.0, f64::max);
+    (reach * highest).max(0.5 * rate)
+}
+
 /// The ring near `frequency` \[Hz\] that is in phase with `excitations`, if there is one.
 pub fn ring_near(excitations: &ImpactExcitations, frequency: f64) -> Option<PhaseLockedRing> {
-    let ring = excitations.best_near(frequency, residual_spectrum::FREQUENCY_SPACING);
+    let ring = excitations.best_near(frequency, excitations.band().spacing);
     ring.filter(|ring| ring.gain > MODE_RING_MIN_GAIN)
 }
 
@@ -116,13 +129,19 @@ pub fn mode_of_ring(ring: &PhaseLockedRing, model: &Model) -> [f64; MODE_NUMBERS
 }
 
 /// Bounds of the frequency and damping ratio, the parameters `which` of `spec`, of a mode near `f`
-/// \[Hz\] in recordings sampled at `rate` \[Hz\]. A mode that is free to become slow and
-/// overdamped could imitate any force, and so could one that appears slow by aliasing.
-pub fn mode_bounds(spec: &EffectSpec, which: [usize; 2], f: f64, rate: f64) -> [Bound; 2] {
+/// \[Hz\] in recordings sampled at `rate` \[Hz\] and searched from `lowest` \[Hz\] on. A mode that is
+/// free to become slow and overdamped could imitate any force, and so could one that appears slow
+/// by aliasing.
+pub fn mode_bounds(
+    spec: &EffectSpec,
+    which: [usize; 2],
+    f: f64,
+    (rate, lowest): (f64, f64),
+) -> [Bound; 2] {
     let (mut low, mut high) = (FREQUENCY_BOUND_FACTORS.0 * f, FREQUENCY_BOUND_FACTORS.1 * f);
     let turns = (f / rate).round() * rate;
     if turns > 0.0 {
-        let slow = FREQUENCY_BOUND_FACTORS.0 * MIN_FREQUENCY;
+        let slow = FREQUENCY_BOUND_FACTORS.0 * lowest;
         if f < turns {
             high = high.min(turns - slow).max(f);
         } else {
@@ -140,9 +159,22 @@ mod tests {
     use crate::model::effects::extra_mode::EFFECT;
 
     #[test]
+    fn the_search_reaches_as_far_as_modes_and_samples_go() {
+        use crate::model::preset::Preset;
+
+        let model = |name: &str| Preset::embedded(name).unwrap().model;
+        let paper = highest_searched(&model("paper"), 50e3, FREQUENCY_REACH);
+        assert!((paper - 6.2 * 6424.0).abs() < 1.0, "{paper}");
+        // A spring of 1.37 Hz and a free mass, read at 100 Hz: up to the Nyquist frequency.
+        for name in ["oscillator", "faller"] {
+            assert_eq!(highest_searched(&model(name), 100.0, FREQUENCY_REACH), 50.0);
+        }
+    }
+
+    #[test]
     fn a_mode_does_not_move_to_where_its_alias_is_slow() {
         let frequencies = |f: f64, rate: f64, (low, high): (f64, f64)| {
-            let found = mode_bounds(&EFFECT, [0, 1], f, rate)[0].1;
+            let found = mode_bounds(&EFFECT, [0, 1], f, (rate, 1500.0))[0].1;
             let off = (found.0 - low).abs().max((found.1 - high).abs());
             assert!(off < 1e-6, "{f}: {found:?}");
         };

@@ -1,7 +1,7 @@
 //! One more mode in addition to a further one: a structure has infinitely many, and where one
 //! shows, the next may leave enough to imitate another effect, a lag above all.
 
-use super::extra_mode::{mode_bounds, mode_of_ring, ring_near};
+use super::extra_mode::{highest_searched, mode_bounds, mode_of_ring, ring_near};
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::data::side::Split;
 use crate::diagnose::discrepancy::impact_ring::{ImpactExcitations, MODE_NUMBERS, PhaseLockedRing};
@@ -22,6 +22,10 @@ pub(crate) const MAX_SECOND_MODE_STARTS: usize = 2;
 /// Frequency ratio of neighbouring high bending modes.
 pub(crate) const NEXT_MODE_RATIO: f64 = 2.0;
 
+/// How far above the highest known mode of the device a second further mode is searched for, as a
+/// factor; in any case as far as the samples show.
+const SECOND_FREQUENCY_REACH: f64 = 15.6;
+
 /// Initial shape of a second mode relative to that of the known one: enough for a direction.
 pub(crate) const INITIAL_SHAPE_SHARE: f64 = 0.01;
 
@@ -37,16 +41,18 @@ pub fn with_second_mode(
     fitted: &Fitted,
 ) -> Result<Option<Hypothesis>, SimError> {
     let spec = known.start.spec;
-    let Some(layout) = spec.facts.modes else {
+    if spec.facts.modes.is_none() {
         return Ok(None);
-    };
+    }
     let excitations = ImpactExcitations::new(side, fitted)?;
     let mode = |ring: PhaseLockedRing| (ring.gain, mode_of_ring(&ring, &fitted.model));
     let peak = residual_spectrum::strongest_peak(fitted)?
         .filter(|r| r.significance > SECOND_MODE_PEAK_MIN_SIGNIFICANCE);
-    let (_, quickest) = spec.parameters[layout.per_mode + layout.frequency].range;
+    let rate = residual_spectrum::slowest_rate(fitted).unwrap_or(f64::INFINITY);
+    let quickest = highest_searched(&fitted.model, rate, SECOND_FREQUENCY_REACH);
     let signs = SecondModeSigns {
-        rate: residual_spectrum::slowest_rate(fitted).unwrap_or(f64::INFINITY),
+        rate,
+        band: (excitations.band().lowest, quickest),
         peak,
         outstanding: excitations.strongest(quickest).map(mode),
         near: &|frequency| ring_near(&excitations, frequency).map(mode),
@@ -74,6 +80,8 @@ pub(crate) type RingMode = (f64, [f64; MODE_NUMBERS]);
 pub(crate) struct SecondModeSigns<'a> {
     /// Sampling rate of the recordings \[Hz\].
     rate: f64,
+    /// Lowest and highest frequency that are searched \[Hz\].
+    band: (f64, f64),
     peak: Option<SpectralPeak>,
     /// The ring in phase that stands out.
     outstanding: Option<RingMode>,
@@ -91,7 +99,7 @@ pub(crate) fn add_second_mode(
     // A mode begins with its frequency and damping ratio.
     let second = layout.per_mode + layout.frequency;
     let own = &known.start.values;
-    let (f, (_, quickest)) = (own[layout.frequency], spec.parameters[second].range);
+    let (f, (lowest, quickest)) = (own[layout.frequency], signs.band);
     // From the proof mass alone the cantilever's shape is unknown.
     let shapes = &own[layout.first_shape..layout.first_shape + 2];
     let size = shapes.iter().fold(0.0f64, |size, s| size.max(s.abs()));
@@ -133,7 +141,8 @@ pub(crate) fn add_second_mode(
         let mut start = known.start.clone();
         start.values[layout.per_mode..].copy_from_slice(&own);
         let mut bounds = known.bounds.clone();
-        bounds.extend(mode_bounds(spec, [second, second + 1], own[0], signs.rate));
+        let limits = (signs.rate, lowest);
+        bounds.extend(mode_bounds(spec, [second, second + 1], own[0], limits));
         (start, bounds)
     };
     let mut all = places.into_iter().take(MAX_SECOND_MODE_STARTS).map(at);
@@ -155,6 +164,7 @@ mod tests {
     use crate::model::effects::find;
 
     const SAMPLING_RATE: f64 = 50e3;
+    const BAND: (f64, f64) = (1.5e3, 100e3);
 
     fn known(f: f64) -> Hypothesis {
         let start = ActiveEffect {
@@ -162,7 +172,7 @@ mod tests {
             values: vec![f, 0.02, -6e4, 3e3, 5e4, f, 0.01, 0.0, 0.0, 0.0],
         };
         Hypothesis {
-            bounds: mode_bounds(start.spec, [0, 1], f, SAMPLING_RATE).to_vec(),
+            bounds: mode_bounds(start.spec, [0, 1], f, (SAMPLING_RATE, BAND.0)).to_vec(),
             free: vec!["extra_mode.f".to_owned()],
             start,
             alternative_starts: Vec::new(),
@@ -197,6 +207,7 @@ mod tests {
     ) -> SecondModeSigns<'_> {
         SecondModeSigns {
             rate: SAMPLING_RATE,
+            band: BAND,
             peak,
             outstanding,
             near,

@@ -38,7 +38,7 @@ pub fn finding(finding: &Finding) -> String {
             "the missing force depends on the displacements of both points: no force on the proof mass alone does, and the catalogue has none that does".to_owned()
         }
         FindingKind::FrictionByHeight => {
-            "the friction is stronger at some heights than at others, and dry friction is not: a friction that depends on the load is not in the catalogue".to_owned()
+            "the friction is stronger at some heights than at others, and dry friction is not: compare a friction that depends on the load".to_owned()
         }
         FindingKind::OneForceInTheirPlace { effects } => {
             let imitate = match effects[..] {

@@ -12,7 +12,8 @@ use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::thresholds::{
     MAX_EXTREME_RUN, MAX_LEVEL_DIFFERENCE, MAX_LEVEL_DIFFERENCE_IN_A_FIT, MIN_DRIVE_VOLTAGE,
-    MIN_SAMPLES, MIN_VOLTAGE_SYMMETRY, NOISELESS_SHARE, SATURATED_SHARE, SATURATED_SHARE_IN_NOISE,
+    MIN_LEVEL_DIFFERENCE_SHARE, MIN_SAMPLES, MIN_VOLTAGE_SYMMETRY, NOISELESS_SHARE,
+    SATURATED_SHARE, SATURATED_SHARE_IN_NOISE,
 };
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
@@ -330,7 +331,8 @@ fn is_noiseless(r: &Recording, channel: Channel, (low, high): (f64, f64)) -> boo
     !estimate_noise(r.axis(), &between).is_ok_and(|n| n.white && n.sigma >= least)
 }
 
-/// Recordings of one device have the ground at one height, apart from the sensor's zero.
+/// Recordings of one device have the ground at one height, apart from the sensor's zero: `apart`
+/// \[m\], or a share of the travel where that is more.
 fn same_device(parts: &[Part], summaries: &[RecordingSummary], apart: f64) -> Result<(), FitError> {
     let mut known = parts.iter().zip(summaries).filter_map(|(p, f)| {
         let level = f.level.clone().ok()?;
@@ -339,8 +341,13 @@ fn same_device(parts: &[Part], summaries: &[RecordingSummary], apart: f64) -> Re
     let Some((first, reference)) = known.next() else {
         return Ok(());
     };
+    let travel = |part: &Part| {
+        let (low, high) = extremes(&part.recording.proof_mass);
+        (high - low).max(0.0)
+    };
     for (part, level) in known {
-        if (level - reference).abs() > apart {
+        let share = MIN_LEVEL_DIFFERENCE_SHARE * travel(part).min(travel(first));
+        if (level - reference).abs() > apart.max(share) {
             let write = |v| format_quantity(v, "m", 3);
             return Err(FitError::DifferentDevices {
                 recording: part.recording.name.clone(),

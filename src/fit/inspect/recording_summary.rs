@@ -10,7 +10,8 @@ use crate::fit::thresholds::{
     MIN_NOISE_SHARE, MIN_SHOWN_DRIFT_SHARE, MIN_STAYS, SAME_LEVEL_DISTANCE,
 };
 use crate::model::Model;
-use crate::recording::events::{EventOptions, Events, HOP_HEIGHT, Impact, find_events};
+use crate::recording::events::turning_points::level_of_turns;
+use crate::recording::events::{EventOptions, Events, Impact, find_events};
 use crate::recording::features::Missing;
 use crate::recording::lag::{before_lag, find_lag, noise_before_lag};
 use crate::recording::level::estimate_contact_level;
@@ -50,12 +51,10 @@ impl RecordingSummary {
         let Ok(contact_level) = self.level else {
             return Events::default();
         };
-        let options = EventOptions {
-            contact_level,
-            noise: self.noise_of(self.noise.0, recording),
-            hop: HOP_HEIGHT,
-        };
-        find_events(recording.axis(), &self.as_moved(recording), &options)
+        let xp = self.as_moved(recording);
+        let noise = self.noise_of(self.noise.0, recording);
+        let options = EventOptions::for_travel(contact_level, noise, &xp);
+        find_events(recording.axis(), &xp, &options)
     }
 
     /// Reading of the proof mass with the lag and changes of the ground's level removed \[m\].
@@ -220,7 +219,7 @@ fn level_in(
 /// Level of a ground on which the mass never rests for long, with the number of sudden turns there.
 /// If the mass stays lowest for two samples repeatedly, that is the ground. Otherwise the lowest
 /// sample may be above the ground, and a level known from another recording is used if it is near
-/// and has as many turns.
+/// and has as many turns; else the height at which the parabolas before and after the turns meet.
 fn level_of_impacts(
     recording: &Recording,
     xp: &[f64],
@@ -229,11 +228,7 @@ fn level_of_impacts(
 ) -> Option<(f64, usize)> {
     let mut finite: Vec<f64> = xp.iter().copied().filter(|x| x.is_finite()).collect();
     let bottom = quantile_in_place(&mut finite, 0.0);
-    let at = |contact_level: f64| EventOptions {
-        contact_level,
-        noise,
-        hop: HOP_HEIGHT,
-    };
+    let at = |contact_level: f64| EventOptions::for_travel(contact_level, noise, xp);
     let turns = |level: f64| -> usize {
         let impacts = find_events(recording.axis(), xp, &at(level)).impacts;
         let sudden = |i: &&Impact| i.v_after - i.v_before > 2.0 * i.v_error;
@@ -252,13 +247,22 @@ fn level_of_impacts(
     let own = (own, turns(own));
     let near = !stayed && (bottom - common).abs() < SAME_LEVEL_DISTANCE;
     let known = near.then(|| (common, turns(common)));
-    let (level, count) = known.filter(|known| known.1 >= own.1).unwrap_or(own);
+    let known = known.filter(|known| known.1 >= own.1);
+    // The lowest reading lies above a ground that the mass leaves within a sample, where the sides of
+    // its turns meet.
+    let met = || {
+        let met = level_of_turns(recording.axis(), xp, noise).filter(|_| !stayed)?;
+        (2 * met.turns >= own.1).then_some((met.level, met.turns))
+    };
+    let (level, count) = known.or_else(met).unwrap_or(own);
     (count >= 2).then_some((level, count))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::preconditions::check_summaries;
     use super::super::recording_summary::*;
+    use crate::fit::FitOptions;
     use crate::fit::tests::{made, paper, part};
 
     #[test]
@@ -285,6 +289,58 @@ mod tests {
             let whole = 5e-6 * (1.0 - (-end / 0.08).exp());
             assert!((rise - whole).abs() < 0.2e-6, "{rise}");
         }
+    }
+
+    #[test]
+    fn a_ground_on_which_nothing_rests_is_found_from_turning_points() {
+        use crate::model::drive::Waveform;
+        use crate::model::preset::Preset;
+        use crate::model::sensor::Sensor;
+        use crate::sim::{Options, simulate};
+
+        // A ball filmed with 200 frames a second, in two recordings that end before it rests. Their
+        // zeros differ by a millimetre.
+        let filmed = |alpha: f64, zero: f64, seed: u64| {
+            let mut model = Preset::embedded("bouncing-ball").unwrap().model;
+            model.set("alpha", alpha).unwrap();
+            let options = Options {
+                rate: 200.0,
+                ..Options::default()
+            };
+            let trace = simulate(&model, &Waveform::Rest, 0.9, &options).unwrap();
+            let time: Vec<f64> = (0..trace.len()).map(|i| trace.time(i)).collect();
+            let mut xp: Vec<f64> = trace.proof_mass.iter().map(|x| x + zero).collect();
+            let sensor = Sensor {
+                noise: 3e-5,
+                ..Sensor::default()
+            };
+            sensor.add_noise(&mut xp, seed);
+            part(Recording::new("ball", time, None, xp, None).unwrap())
+        };
+        let model = Preset::embedded("bouncing-ball").unwrap().model;
+        let parts = [filmed(0.7, 0.0, 1), filmed(0.75, 1e-3, 2)];
+        for (found, (part, zero)) in summarize(&model, &parts)
+            .iter()
+            .zip(parts.iter().zip([0.0, 1e-3]))
+        {
+            let level = found.level.clone().expect("a level");
+            assert!((level + 0.05 - zero).abs() < 5e-4, "{level}");
+            // The bounces at 0.25, 0.59 and 0.84 s, or a little later.
+            let impacts = found.events(&part.recording).impacts;
+            assert!(impacts.len() >= 3, "{impacts:?}");
+            for impact in &impacts {
+                let ratio = -impact.v_after / impact.v_before;
+                assert!((0.67..0.78).contains(&ratio), "{impact:?}");
+            }
+        }
+        // They may be of one device.
+        check_summaries(
+            &model,
+            &parts,
+            &summarize(&model, &parts),
+            &FitOptions::for_model(&model),
+        )
+        .unwrap();
     }
 
     #[test]

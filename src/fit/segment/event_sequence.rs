@@ -3,7 +3,7 @@
 
 use crate::fit::thresholds::{LONG_STAY_SAMPLES, MIN_BOUNCE_RATIO, MIN_STAY_SAMPLES};
 use crate::recording::TimeAxis;
-use crate::recording::events::{EventOptions, HOP_HEIGHT, find_events};
+use crate::recording::events::{EventOptions, find_events};
 
 /// What happens at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,11 +47,7 @@ impl Timeline {
         let interval = crate::recording::median_interval(time);
         let tolerance = (4.5 * noise).max(1e-12);
         let stays = stays(xp, level, tolerance);
-        let options = EventOptions {
-            contact_level: level,
-            noise,
-            hop: HOP_HEIGHT,
-        };
+        let options = EventOptions::for_travel(level, noise, xp);
         let impacts = find_events(TimeAxis::Samples(time), xp, &options).impacts;
         let mut marks = Vec::new();
         let mut starts_held = false;

@@ -66,7 +66,7 @@ impl Action for DryFriction {
         false
     }
 
-    fn friction(&self) -> f64 {
+    fn friction(&self, _xp: f64) -> f64 {
         self.force
     }
 }

@@ -33,11 +33,13 @@ mod cubic_stiffness;
 mod definition;
 mod dry_friction;
 mod electrostatic;
+mod even_stiffness;
 pub mod extra_mode;
 mod film_spring;
 mod gap_step;
 mod gravity;
 mod hysteresis_memory;
+mod load_friction;
 mod long_range_attraction;
 mod piezo_creep;
 mod quadratic_drag;
@@ -62,8 +64,10 @@ pub static CATALOGUE: &[&EffectSpec] = &[
     &electrostatic::EFFECT,
     &extra_mode::EFFECT,
     &cubic_stiffness::EFFECT,
+    &even_stiffness::EFFECT,
     &quadratic_drag::EFFECT,
     &dry_friction::EFFECT,
+    &load_friction::EFFECT,
     &film_spring::EFFECT,
     &long_range_attraction::EFFECT,
     &adhesion_saturation::EFFECT,

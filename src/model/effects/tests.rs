@@ -75,6 +75,52 @@ fn properties_refer_to_parameters_and_effects_that_exist() {
 }
 
 #[test]
+fn first_guesses_of_laws_of_displacement_are_as_large_on_any_device() {
+    let around = |act: &dyn Fn(&Surroundings<'_>)| {
+        let model = crate::model::preset::Preset::default().model;
+        act(&Surroundings {
+            structure: &model.structure(),
+            parameters: &model.parameters,
+            piezo: None,
+        });
+    };
+    let mut seen = 0;
+    for (length, force) in [(60e-6, 4e-7), (0.3, 4.5), (1.2, 46.0)] {
+        let motion = Motion {
+            is_driven: false,
+            has_ground: false,
+            is_sprung: true,
+            contact_distance: 1.0,
+            length,
+            speed: 1.0,
+            force,
+            interval: 0.01,
+        };
+        for id in ["even_stiffness", "cubic_stiffness", "load_friction"] {
+            let spec = find(id).unwrap();
+            let FoundBy::Starts(starts) = spec.search.found_by else {
+                panic!("{id}");
+            };
+            for start in starts(&motion) {
+                around(&|around| {
+                    let action = (spec.build)(&start.values, around);
+                    let at = Kinematics {
+                        xp: length,
+                        ..Kinematics::default()
+                    };
+                    let size = action.force_on_proof_mass(&at, &[]).abs() + action.friction(length);
+                    // The sine form lags behind the cubic at the largest displacement.
+                    let share = size / (1e-3 * force);
+                    assert!((0.3..1.01).contains(&share), "{id} {start:?}: {share}");
+                });
+                seen += 1;
+            }
+        }
+    }
+    assert_eq!(seen, 3 * 6);
+}
+
+#[test]
 fn what_an_effect_says_it_leaves_alone_it_leaves_alone() {
     let model = crate::model::preset::Preset::embedded("paper")
         .unwrap()

@@ -9,7 +9,7 @@ use super::toml_fault::{short_key, short_reason};
 pub enum PresetError {
     /// The file cannot be read.
     #[error(
-        "{file}: {reason}; give one of the presets paper, paper-as-printed, oscillator, faller, or a preset file"
+        "{file}: {reason}; give one of the presets paper, paper-as-printed, oscillator, faller, bouncing-ball, or a preset file"
     )]
     Unreadable { file: String, reason: String },
     /// The text is no preset, or a value in it makes no sense.

@@ -43,6 +43,12 @@ pub(super) struct Device {
     pub(super) proof_mass: f64,
     pub(super) ground: bool,
     pub(super) cantilever: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) bounce: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) stick_speed: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) adhesion_reach: Option<f64>,
 }
 
 /// A mode by its shape, or a single mass on a spring.

@@ -13,7 +13,14 @@ const TOP_KEYS: &[&str] = &[
     "mode",
 ];
 const START_KEYS: &[&str] = &["drive", "duration"];
-const DEVICE_KEYS: &[&str] = &["proof_mass", "ground", "cantilever"];
+const DEVICE_KEYS: &[&str] = &[
+    "proof_mass",
+    "ground",
+    "cantilever",
+    "bounce",
+    "stick_speed",
+    "adhesion_reach",
+];
 const MODE_KEYS: &[&str] = &[
     "frequency",
     "zeta",

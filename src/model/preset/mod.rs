@@ -1,4 +1,4 @@
-//! Presets: a device with values, in a commented TOML file. Four are built in.
+//! Presets: a device with values, in a commented TOML file. Five are built in.
 
 mod error;
 mod file;
@@ -15,14 +15,15 @@ pub use self::error::PresetError;
 
 use self::error::Source;
 use self::file::{Device, FORMAT, File, ModeEntry, Start};
-use self::read::{read_effects, read_modes, read_parameters, read_ranges};
+use self::read::{read_bounce, read_effects, read_modes, read_parameters, read_ranges};
 use self::toml_fault::{TomlFault, short_key};
 use super::Model;
 use super::drive::Waveform;
+use super::ground::{BounceRule, StickSpeed};
 use super::parameter::ParameterId;
 
 /// The built-in presets: name and text.
-pub const EMBEDDED: [(&str, &str); 4] = [
+pub const EMBEDDED: [(&str, &str); 5] = [
     ("paper", include_str!("../../../presets/paper.toml")),
     (
         "paper-as-printed",
@@ -33,6 +34,10 @@ pub const EMBEDDED: [(&str, &str); 4] = [
         include_str!("../../../presets/oscillator.toml"),
     ),
     ("faller", include_str!("../../../presets/faller.toml")),
+    (
+        "bouncing-ball",
+        include_str!("../../../presets/bouncing-ball.toml"),
+    ),
 ];
 
 /// A device with its usual drive and slider ranges.
@@ -147,6 +152,7 @@ impl Preset {
             proof_mass: read.device.proof_mass,
             piezo: read.piezo,
             has_ground: read.device.ground,
+            bounce: read_bounce(&source, &read)?,
             has_cantilever: read.device.cantilever,
             effects: read_effects(&source, &read)?,
         };
@@ -161,7 +167,7 @@ impl Preset {
         }
         model.check().map_err(|error| {
             let section = match error.parameter.as_str() {
-                "proof_mass" => "device",
+                "proof_mass" | "stick_speed" | "adhesion_reach" => "device",
                 _ => "parameters",
             };
             source.invalid(section, 0, &error.parameter, error.reason)
@@ -193,11 +199,7 @@ impl Preset {
                 drive: self.drive.clone(),
                 duration: self.duration,
             },
-            device: Device {
-                proof_mass: model.proof_mass,
-                ground: model.has_ground,
-                cantilever: model.has_cantilever,
-            },
+            device: device_entry(model),
             piezo: model.piezo,
             parameters: model
                 .parameters
@@ -243,5 +245,27 @@ impl Preset {
     /// Slider range of a parameter for this device.
     pub fn range(&self, id: ParameterId) -> (f64, f64) {
         self.ranges.get(&id).copied().unwrap_or(id.spec().range)
+    }
+}
+
+/// The section on the device.
+fn device_entry(model: &Model) -> Device {
+    let (bounce, stick_speed, adhesion_reach) = match model.bounce {
+        BounceRule::Restitution(stick) if model.has_ground => {
+            let (speed, reach) = match stick {
+                StickSpeed::Given(speed) => (Some(speed), None),
+                StickSpeed::AdhesionOver(reach) => (None, Some(reach)),
+            };
+            (Some("restitution".to_owned()), speed, reach)
+        }
+        _ => (None, None, None),
+    };
+    Device {
+        proof_mass: model.proof_mass,
+        ground: model.has_ground,
+        cantilever: model.has_cantilever,
+        bounce,
+        stick_speed,
+        adhesion_reach,
     }
 }

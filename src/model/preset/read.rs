@@ -6,6 +6,7 @@ use super::error::{PresetError, Source};
 use super::file::File;
 use crate::model::effects;
 use crate::model::effects::ActiveEffect;
+use crate::model::ground::{BounceRule, StickSpeed};
 use crate::model::parameter::{ParameterId, Parameters};
 use crate::model::structure::Mode;
 
@@ -53,6 +54,48 @@ pub(super) fn read_modes(source: &Source<'_>, read: &File) -> Result<Vec<Mode>, 
         }
     }
     Ok(modes)
+}
+
+/// The rule by which the mass bounces. Keys of it that do not go with the others are refused: they
+/// would have no effect.
+pub(super) fn read_bounce(source: &Source<'_>, read: &File) -> Result<BounceRule, PresetError> {
+    let device = &read.device;
+    let fail = |key: &str, reason: String| Err(source.invalid("device", 0, key, reason));
+    let stick = [
+        ("stick_speed", device.stick_speed),
+        ("adhesion_reach", device.adhesion_reach),
+    ];
+    let given = stick.iter().find(|(_, value)| value.is_some());
+    if let Some(bounce) = device.bounce.as_deref()
+        && !device.ground
+    {
+        return fail(
+            "bounce",
+            format!("a device without a ground has no rule {bounce:?}; leave it out"),
+        );
+    }
+    match device.bounce.as_deref() {
+        None | Some("pull-off") => match given {
+            None => Ok(BounceRule::PullOff),
+            Some((key, _)) => fail(
+                key,
+                format!("{key} belongs to bounce = \"restitution\", which is not set"),
+            ),
+        },
+        Some("restitution") => match (device.stick_speed, device.adhesion_reach) {
+            (None, None) => Ok(BounceRule::Restitution(StickSpeed::default())),
+            (Some(speed), None) => Ok(BounceRule::Restitution(StickSpeed::Given(speed))),
+            (None, Some(reach)) => Ok(BounceRule::Restitution(StickSpeed::AdhesionOver(reach))),
+            (Some(_), Some(_)) => fail(
+                "adhesion_reach",
+                "give either stick_speed or adhesion_reach, not both".to_owned(),
+            ),
+        },
+        Some(other) => fail(
+            "bounce",
+            format!("{other:?} is no rule; there are pull-off, restitution"),
+        ),
+    }
 }
 
 pub(super) fn read_parameters(

@@ -105,6 +105,78 @@ fn faults_are_named_with_line_and_key() {
     assert!(Preset::load("no/such/file.toml").is_err());
 }
 
+#[test]
+fn the_rule_of_bounces_is_read_and_written() {
+    let text = EMBEDDED[4].1;
+    let line = "bounce = \"restitution\"";
+    assert!(text.contains(line));
+    let with = |lines: &str| Preset::parse("ball.toml", &text.replacen(line, lines, 1));
+    let rule = |lines: &str| with(lines).unwrap().model.bounce;
+    assert_eq!(rule(""), BounceRule::PullOff);
+    assert_eq!(rule("bounce = \"pull-off\""), BounceRule::PullOff);
+    let restitution = BounceRule::Restitution;
+    assert_eq!(rule(line), restitution(StickSpeed::AdhesionOver(0.0)));
+    let speed = format!("{line}\nstick_speed = 0.02");
+    assert_eq!(rule(&speed), restitution(StickSpeed::Given(0.02)));
+    let reach = format!("{line}\nadhesion_reach = 1e-6");
+    assert_eq!(rule(&reach), restitution(StickSpeed::AdhesionOver(1e-6)));
+    for lines in ["", line, speed.as_str(), reach.as_str()] {
+        let preset = with(lines).unwrap();
+        assert_eq!(Preset::parse("again", &preset.to_toml()).unwrap(), preset);
+        // A session keeps the device in another form; without the rule it is as it was before.
+        let stored = serde_json::to_value(&preset.model).unwrap();
+        assert_eq!(stored.get("bounce").is_some(), !lines.is_empty());
+        let again: Model = serde_json::from_value(stored).unwrap();
+        assert_eq!(again, preset.model);
+    }
+    for (lines, key, reason) in [
+        (
+            "bounce = \"rubber\"".to_owned(),
+            "bounce",
+            "pull-off, restitution",
+        ),
+        ("stick_speed = 0.1".to_owned(), "stick_speed", "belongs to"),
+        (
+            "adhesion_reach = 0.1".to_owned(),
+            "adhesion_reach",
+            "belongs to",
+        ),
+        (
+            format!("{speed}\nadhesion_reach = 1.0"),
+            "adhesion_reach",
+            "not both",
+        ),
+        (
+            format!("{line}\nstick_speed = -0.1"),
+            "stick_speed",
+            "between 0",
+        ),
+        (
+            format!("{line}\nadhesion_reach = nan"),
+            "adhesion_reach",
+            "between 0",
+        ),
+        ("bounce = 1".to_owned(), "bounce", "invalid type"),
+    ] {
+        let error = with(&lines).unwrap_err();
+        let PresetError::Invalid {
+            line, key: found, ..
+        } = &error
+        else {
+            panic!("{error}");
+        };
+        assert!(*line > 1 && found == key, "{error}");
+        assert!(error.to_string().contains(reason), "{error}");
+    }
+    let bare = EMBEDDED[2].1.replacen(
+        "ground = false",
+        "ground = false\nbounce = \"restitution\"",
+        1,
+    );
+    let error = Preset::parse("bare.toml", &bare).unwrap_err().to_string();
+    assert!(error.contains("without a ground"), "{error}");
+}
+
 proptest! {
     #[test]
     fn no_text_panics(text in "\\PC*") {

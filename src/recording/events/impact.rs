@@ -10,10 +10,14 @@ use std::ops::RangeInclusive;
 use nalgebra::{DMatrix, DVector};
 
 use super::options::EventOptions;
+use super::parabola::{Meeting, Parabola, turn_between};
 use crate::recording::grid::TimeAxis;
 
 /// Time on each side of an impact from which the speeds are fitted \[s\].
 const FIT_SPAN: f64 = 1e-4;
+/// Intervals longer than this share of that span are too long for it to show how the mass moves:
+/// there the sides are parabolas, as long as the motion is one.
+const COARSE_SHARE: f64 = 0.5;
 /// Fewest and most samples on each side.
 const FIT_SAMPLES: (usize, usize) = (3, 50);
 /// Highest degree of a side's polynomial.
@@ -32,6 +36,9 @@ const MIN_BEND_SIGMAS: f64 = 6.0;
 const MAX_DIP_WAYS: f64 = 2.0;
 /// A change of speed below this share of the arriving speed is no impact.
 const MIN_CHANGE_SHARE: f64 = 0.3;
+/// How uncertain the height is at which two sides meet, as a share of the way from one sample to the
+/// next.
+const MEETING_SHARE: f64 = 0.2;
 /// Departures faster than this share of the arrival are thrown, not bounced.
 const MAX_RESTITUTION: f64 = 1.2;
 
@@ -48,6 +55,44 @@ pub struct Impact {
     /// degree less of the fits would change. Ringing faster than the samples resolve
     /// is not in it.
     pub v_error: f64,
+    /// Height at which both sides meet \[m\].
+    pub height: f64,
+}
+
+impl Impact {
+    /// The turn at which two parabolas of origin `t` \[s\] meet.
+    fn of_parabolas(t: f64, Meeting { at, before, after }: &Meeting) -> Self {
+        let at = *at;
+        Self {
+            time: t + at,
+            v_before: before.slope(at),
+            v_after: after.slope(at),
+            v_error: before.slope_error(at).max(after.slope_error(at)),
+            height: 0.5 * (before.value(at) + after.value(at)),
+        }
+    }
+
+    /// Whether it is a sudden turn at the ground: down before, up or at rest after, no faster than
+    /// it came.
+    fn is_sudden(&self, blur: f64) -> bool {
+        let change = self.v_after - self.v_before;
+        let sudden = change > (MIN_CHANGE_SHARE * self.v_before.abs()).max(3.0 * blur);
+        // Nothing leaves the ground faster than it came: that would be a push.
+        let thrown = self.v_after > MAX_RESTITUTION * self.v_before.abs() + 2.0 * blur;
+        self.v_before < -blur && sudden && !thrown
+    }
+
+    /// How far from the ground the sides may meet that are `interval` \[s\] from sample to sample: a
+    /// share of the way of a sample \[m\].
+    pub(super) fn height_blur(&self, interval: f64) -> f64 {
+        MEETING_SHARE * (self.v_after - self.v_before).abs() * interval
+    }
+
+    /// Whether the sides meet at the ground. A ring above the ground turns as sharply, but higher.
+    fn is_near(&self, options: &EventOptions, interval: f64) -> bool {
+        let slack = options.tolerance() + self.height_blur(interval);
+        (self.height - options.contact_level).abs() <= slack.min(options.clear_hop())
+    }
 }
 
 /// Impacts among samples `first..=last`, which are near the ground. `limits`: the
@@ -81,16 +126,76 @@ pub(crate) fn find_impacts(
                 judge(options, interval, time.at(i), at, &before, &after)
             })
     };
+    let turns = if interval > COARSE_SHARE * FIT_SPAN {
+        let mut turns = sharp_turns(time, xp, (options.noise, interval), &candidates, limits);
+        turns.retain(|(_, turn)| turn.is_near(options, interval));
+        turns
+    } else {
+        Vec::new()
+    };
     candidates
         .iter()
         .enumerate()
-        .filter_map(|(k, &i)| fits(k, i, Sides::Certain).or_else(|| fits(k, i, Sides::Bent)))
+        .filter_map(|(k, &i)| {
+            // Other kinks so close to a turn between parabolas are a part of it.
+            let close = |(at, _): &&(usize, Impact)| at.abs_diff(i) < Parabola::MIN_SAMPLES;
+            match turns.iter().find(close) {
+                Some((at, turn)) => (*at == i).then_some(*turn),
+                None => fits(k, i, Sides::Certain).or_else(|| fits(k, i, Sides::Bent)),
+            }
+        })
         .collect()
+}
+
+/// The sudden turns between parabolas among `kinks`, each with its sample. `limits`: the first and the
+/// last sample that may belong to a side, or is next to one.
+pub(super) fn sharp_turns(
+    time: TimeAxis,
+    xp: &[f64],
+    (noise, interval): (f64, f64),
+    kinks: &[usize],
+    limits: (usize, usize),
+) -> Vec<(usize, Impact)> {
+    let kinks = strongest(time, xp, kinks);
+    let turn = |(k, &i): (usize, &usize)| {
+        // The samples next to another kink or stay may be in the midst of that.
+        let from = k.checked_sub(1).map_or(limits.0, |p| kinks[p]) + 2;
+        let next = kinks.get(k + 1).map_or(limits.1, |next| *next);
+        let meeting = turn_between(
+            time,
+            xp,
+            (noise, interval),
+            i,
+            from..=next.saturating_sub(2),
+        )?;
+        let turn = Impact::of_parabolas(time.at(i), &meeting);
+        turn.is_sudden(turn.v_error).then_some((i, turn))
+    };
+    kinks.iter().enumerate().filter_map(turn).collect()
+}
+
+/// Of kinks so close to each other that no side of samples lies between, the strongest: a reading
+/// that is smoothed over some samples shows one impact as several.
+fn strongest(time: TimeAxis, xp: &[f64], kinks: &[usize]) -> Vec<usize> {
+    let slope = |i: usize| (xp[i + 1] - xp[i]) / (time.at(i + 1) - time.at(i));
+    let kink = |i: usize| slope(i) - slope(i - 1);
+    let mut found: Vec<usize> = Vec::new();
+    for &i in kinks {
+        match found.last_mut() {
+            Some(last) if i - *last < Parabola::MIN_SAMPLES => {
+                if kink(i) > kink(*last) {
+                    *last = i;
+                }
+            }
+            _ => found.push(i),
+        }
+    }
+    found
 }
 
 /// Samples at which the slope jumps up most, compared with the noise and with their
 /// neighbours.
-fn kinks(
+pub(super) fn kinks(
     time: TimeAxis,
     xp: &[f64],
     noise: f64,
@@ -146,22 +251,15 @@ fn judge(
     before: &Curve,
     after: &Curve,
 ) -> Option<Impact> {
-    let (v_before, v_after) = (before.slope(at), after.slope(at));
-    let change = v_after - v_before;
-    let blur = before.slope_error.max(after.slope_error);
-    let sudden = change > (MIN_CHANGE_SHARE * v_before.abs()).max(3.0 * blur);
-    // Nothing leaves the ground faster than it came: that would be a push.
-    let thrown = v_after > MAX_RESTITUTION * v_before.abs() + 2.0 * blur;
-    // The height where the curves meet is uncertain by a share of the way of a
-    // sample; a ring above the ground turns as sharply, but higher.
-    let slack = options.tolerance() + 0.2 * change.abs() * interval;
-    let near = (before.value(at) - options.contact_level).abs() <= slack.min(options.clear_hop());
-    (v_before < -blur && sudden && near && !thrown).then_some(Impact {
+    let impact = Impact {
         time: t + at,
-        v_before,
-        v_after,
+        v_before: before.slope(at),
+        v_after: after.slope(at),
         v_error: before.doubt.max(after.doubt),
-    })
+        height: before.value(at),
+    };
+    let blur = before.slope_error.max(after.slope_error);
+    (impact.is_sudden(blur) && impact.is_near(options, interval)).then_some(impact)
 }
 
 /// How the sides of an impact are followed.

@@ -8,9 +8,11 @@
 pub mod events_csv;
 pub(super) mod impact;
 mod options;
+mod parabola;
+pub mod turning_points;
 
 pub use self::impact::Impact;
-pub use self::options::{EventOptions, HOP_HEIGHT};
+pub use self::options::{EventOptions, HOP_HEIGHT, hop_height};
 
 use rayon::prelude::*;
 

@@ -1,6 +1,7 @@
 //! The ground as effects alter it: its level, its law of contact, adhesion, restitution.
 
 use super::Device;
+use crate::model::ground::{BounceRule, StickSpeed};
 
 impl Device {
     /// Whether the mass sinks into the ground.
@@ -49,6 +50,33 @@ impl Device {
         self.effects.iter().fold(adhesion, |adhesion, e| {
             e.action.adhesion(adhesion, at_touch, contact_time)
         })
+    }
+
+    /// Whether a mass that arrives with `speed` [m/s] and would leave with `after` [m/s], pressed
+    /// onto the ground with a force of `press` \[N\], rebounds although the structure does not pull
+    /// it off. `resolved` \[m\] is the lowest hop that a run follows.
+    ///
+    /// A pressed mass that loses a share of its speed at each bounce makes infinitely many in a
+    /// finite time. The last of them, lower than `resolved`, are left out: the mass is at rest
+    /// earlier by the time that they would take, `2 v / (a (1 - alpha))` of a speed `v` that
+    /// rises by no more than `resolved`.
+    pub fn rebounds(&self, (speed, after): (f64, f64), press: f64, resolved: f64) -> bool {
+        let BounceRule::Restitution(stick) = self.bounce else {
+            return false;
+        };
+        let fast = match stick {
+            StickSpeed::Given(limit) => speed > limit,
+            StickSpeed::AdhesionOver(reach) => {
+                let energy = self.adhesion(0.0).max(0.0) * reach;
+                after * after > 2.0 * energy * self.mobility
+            }
+        };
+        let rise = if press > 0.0 {
+            0.5 * after * after / (press * self.mobility)
+        } else {
+            f64::INFINITY
+        };
+        fast && after > 0.0 && rise > resolved
     }
 
     /// Coefficient of restitution at approach speed `speed` [m/s].

@@ -11,7 +11,7 @@ use super::MAX_STATES;
 use super::linear::Oscillator;
 use crate::model::effects::{Action, Kinematics, Surroundings};
 use crate::model::film::SqueezeFilm;
-use crate::model::ground::Ground;
+use crate::model::ground::{BounceRule, Ground};
 use crate::model::parameter::ParameterId;
 use crate::model::piezo::Piezo;
 use crate::model::sensor::Sensor;
@@ -51,6 +51,8 @@ pub(super) struct Device {
     /// Which of them are forces on the proof mass \[N\].
     pub force_states: Vec<bool>,
     pub ground: Option<Ground>,
+    /// Which arrivals at the ground are bounces.
+    bounce: BounceRule,
     film: Option<SqueezeFilm>,
     /// Thickness below which the film counts as no thinner \[m\]; 0 leaves it singular.
     thinnest_film: f64,
@@ -59,8 +61,10 @@ pub(super) struct Device {
     effects: Vec<Attached>,
     /// Extra states on which the drive's force depends.
     drive_states: Vec<Range<usize>>,
-    /// Coulomb friction of the mass \[N\].
-    pub friction: f64,
+    /// Coulomb friction of the mass where it does not depend on the place \[N\].
+    friction: f64,
+    /// Whether it depends on the place.
+    friction_varies: bool,
     /// See [`Self::is_moved_by_effects`].
     moved: bool,
     /// Whether effects change the motion through the drive alone.
@@ -99,7 +103,8 @@ impl Device {
             rates,
             force_states,
         } = AttachedEffects::attach(model, &mut structure)?;
-        let friction = effects.iter().map(|e| e.action.friction().max(0.0)).sum();
+        let friction_varies = effects.iter().any(|e| e.action.friction_varies());
+        let friction = friction_at(&effects, 0.0);
         let film_is_plain = effects.iter().all(|e: &Attached| {
             let unmoved = [0.0; MAX_STATES];
             e.action.film_force(1.0, &unmoved[..e.count]) == 1.0
@@ -145,6 +150,7 @@ impl Device {
             only_drive: moving().all(|e| e.action.acts_on_drive()),
             alters_readings: effects.iter().any(|e| e.action.acts_on_readings()),
             friction,
+            friction_varies,
             film_is_plain,
             compliant,
             flight_base,
@@ -163,6 +169,7 @@ impl Device {
             rates,
             force_states,
             ground,
+            bounce: model.bounce,
             film,
             thinnest_film: 0.0,
             piezo: model.piezo,
@@ -186,6 +193,22 @@ impl Device {
     /// Whether anything but film, drive, structure and friction acts between events.
     pub fn is_moved_by_effects(&self) -> bool {
         self.moved
+    }
+
+    /// Whether Coulomb friction acts on the mass anywhere.
+    #[inline]
+    pub fn has_friction(&self) -> bool {
+        self.friction > 0.0 || self.friction_varies
+    }
+
+    /// Coulomb friction of the mass at `xp` \[N\], not negative.
+    #[inline]
+    pub fn friction(&self, xp: f64) -> f64 {
+        if self.friction_varies {
+            friction_at(&self.effects, xp)
+        } else {
+            self.friction
+        }
     }
 
     /// Id of the effect that makes a motion hard to follow, if effects change it: that of a compliant
@@ -382,6 +405,12 @@ impl Pull {
             per_drive: onto_mass(&|i| phi_d[i]),
         }
     }
+}
+
+/// Friction of all effects on the mass at `xp` \[N\]: not below zero.
+fn friction_at(effects: &[Attached], xp: f64) -> f64 {
+    let all: f64 = effects.iter().map(|e| e.action.friction(xp)).sum();
+    all.max(0.0)
 }
 
 /// One over the lowest angular frequency of the modes \[s\]; 1 s if none is bound.

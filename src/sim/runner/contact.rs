@@ -8,6 +8,9 @@ use crate::sim::output::Sink;
 use crate::sim::step::Touch;
 use crate::sim::trace::{EventKind, Trace};
 
+/// Heights over the ground below this share of its level are rounding.
+const LEVEL_SLACK: f64 = 1e-10;
+
 /// An event that ends a step of flight early.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Stop {
@@ -23,7 +26,7 @@ impl Runner {
     /// Begins flight with friction. The mass slides in the direction of its velocity. At rest it
     /// slides in the direction of the force on it, or friction holds it.
     pub(super) fn set_out(&mut self) {
-        if self.device.friction == 0.0 {
+        if !self.device.has_friction() {
             self.sliding = 0.0;
             return;
         }
@@ -39,7 +42,7 @@ impl Runner {
     pub(super) fn turn(&mut self, x: f64) {
         self.place(x, 0.0);
         let pull = self.pull_if_held() + self.reaction(x, 0.0, self.t);
-        if pull.abs() > self.device.friction {
+        if pull.abs() > self.device.friction(x) {
             self.sliding = pull.signum();
         } else {
             self.hold_at(x);
@@ -104,7 +107,7 @@ impl Runner {
             None if self.device.ground.is_some() => self.first_hit(h, end).map(|s| (s, Stop::Hit)),
             None => None,
         };
-        if self.device.friction == 0.0 {
+        if !self.device.has_friction() {
             return contact;
         }
         let end = contact.map_or(end, |(s, _)| s);
@@ -120,7 +123,7 @@ impl Runner {
         let smooth = self.flight.smooth(&self.device.phi_p);
         let depth =
             |s: f64| touch.level - smooth.value(s) - self.flight.fast_at(&self.device.phi_p, s);
-        first_below(depth, end, 1e-10 * touch.level.abs())
+        first_below(depth, end, LEVEL_SLACK * touch.level.abs())
     }
 
     /// Fraction of the step at which the mass meets the ground.
@@ -136,7 +139,7 @@ impl Runner {
             return None;
         }
         let smooth = step.smooth(&self.device.phi_p);
-        let slack = 1e-10 * ground.abs();
+        let slack = LEVEL_SLACK * ground.abs();
         let gap = |s: f64| {
             let x = smooth.value(s) + step.fast_at(&self.device.phi_p, s);
             x - self.device.ground_level(self.t + s * h)
@@ -172,7 +175,9 @@ impl Runner {
         let after = -self.device.restitution(-before) * before;
         self.place(level, after);
         let pull = self.pull_if_held();
-        if pull > self.threshold(0.0) {
+        let resolved = self.options.tolerance.max(LEVEL_SLACK * level.abs());
+        let rebounds = self.device.rebounds((-before, after), -pull, resolved);
+        if rebounds || pull > self.threshold(0.0, level) {
             self.sliding = 1.0;
             return self.report(trace, EventKind::Impact, [before, after], pull, 0.0);
         }
@@ -185,15 +190,15 @@ impl Runner {
     /// Begins a hold by friction, away from a rigid ground.
     pub(super) fn rest(&mut self, level: f64, trace: &mut Trace) -> Result<(), SimError> {
         let net = self.pull_at_rest(level) + self.reaction(level, 0.0, self.t);
-        if net.abs() > self.device.friction {
+        let friction = self.device.friction(level);
+        if net.abs() > friction {
             self.slide(level, net);
             return Ok(());
         }
         let h = self.step(trace)?;
         let end = ((self.segment.end - self.t) / h).min(1.0);
         let net = |s: f64| self.held_pull(s, level) + self.reaction(level, 0.0, self.t + s * h);
-        let freed =
-            first_below(|s| self.device.friction - net(s).abs(), end, 0.0).map(|s| (s, net(s)));
+        let freed = first_below(|s| friction - net(s).abs(), end, 0.0).map(|s| (s, net(s)));
         let s = freed.map_or(end, |(s, _)| s);
         self.emit_held(h, s, None, level, trace);
         self.take_held(h, s, freed.is_none());
@@ -236,9 +241,10 @@ impl Runner {
         device.pull_held(&self.r, &self.dr, level, drive, on_mass)
     }
 
-    /// Pull-off force that releases the mass after `contact_time` \[s\]: adhesion plus friction.
-    pub(super) fn threshold(&self, contact_time: f64) -> f64 {
-        self.device.adhesion(contact_time).max(0.0) + self.device.friction
+    /// Pull-off force that releases the mass from a ground at `level` \[m\] after `contact_time`
+    /// \[s\]: adhesion plus friction.
+    pub(super) fn threshold(&self, contact_time: f64, level: f64) -> f64 {
+        self.device.adhesion(contact_time).max(0.0) + self.device.friction(level)
     }
 
     /// Fraction of the held step at which the pull-off force exceeds adhesion, and the force.
@@ -252,7 +258,7 @@ impl Runner {
         let step = &self.held;
         let margin: [f64; nodes::S] = std::array::from_fn(|k| {
             let t = self.t + nodes::NODES[k] * h;
-            self.threshold(t - since) - step.force[k]
+            self.threshold(t - since, level) - step.force[k]
         });
         let lowest = margin.iter().fold(f64::INFINITY, |a, &b| a.min(b));
         let highest = margin.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b));
@@ -261,7 +267,7 @@ impl Runner {
         }
         let pull = |s: f64| self.held_pull(s, level);
         first_below(
-            |s| self.threshold(self.t + s * h - since) - pull(s),
+            |s| self.threshold(self.t + s * h - since, level) - pull(s),
             end,
             0.0,
         )
@@ -281,7 +287,7 @@ impl Runner {
         trace: &mut Trace,
     ) -> Result<(), SimError> {
         let pull = self.pull_at_rest(level);
-        if pull > self.threshold(self.t - since) {
+        if pull > self.threshold(self.t - since, level) {
             return self.release(since, level, pull, trace);
         }
         let h = self.step(trace)?;

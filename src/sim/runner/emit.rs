@@ -52,7 +52,7 @@ impl Runner {
                 xc,
                 vc,
                 pull: None,
-                friction: -device.friction * self.sliding,
+                friction: -device.friction(xp) * self.sliding,
                 reaction: self.reaction(xp, vp, t),
                 voltage: self.voltage_when_taken(t),
                 z: states.as_ref().map_or(&[], |states| states.as_slice()),

@@ -166,7 +166,7 @@ impl Step {
                 device.force_on_held(at, z)
             } else {
                 let force = device.effect_force(at, z) + device.altered_film_force(at, z);
-                force - device.friction * self.sliding
+                force - device.friction(at.xp) * self.sliding
                     + self.touch.map_or(0.0, |touch| {
                         device.contact_force(touch.level - at.xp, -at.vp, at.t - touch.since)
                     })

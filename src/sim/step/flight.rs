@@ -80,8 +80,9 @@ impl Step {
                 base_v[k] += dot(wv, &self.drive);
             }
         }
-        // A mass with friction slides the same way all along.
-        let friction = device.friction * self.sliding;
+        // A mass with friction slides the same way all along. Friction that depends on the place is
+        // an effect on the motion, and not for here.
+        let friction = device.friction(self.xp[0]) * self.sliding;
         let on_mass = |xp: f64, vp: f64| device.film_force(xp, vp) - friction;
         self.force = [on_mass(self.xp[0], self.vp[0]); S];
         let mut previous = f64::INFINITY;

@@ -75,7 +75,7 @@ impl StretchSimulator {
         device.bound_film();
         let [flight, held] = phase_tables(&device, options, device.longest_steps_to_read());
         // Where friction lets the mass stop, that is looked for, too.
-        let coarsest = if device.friction > 0.0 {
+        let coarsest = if device.has_friction() {
             flight.within(device.longest_step())
         } else {
             0
@@ -142,7 +142,8 @@ impl StretchSimulator {
     /// Force that holds the mass on the ground after `contact_time` \[N\]: adhesion where
     /// it is not negative, and friction.
     pub fn adhesion(&self, contact_time: f64) -> f64 {
-        self.device.adhesion(contact_time).max(0.0) + self.device.friction
+        let level = self.device.ground.map_or(0.0, |g| g.level);
+        self.device.adhesion(contact_time).max(0.0) + self.device.friction(level)
     }
 
     /// Coefficient of restitution at an approach speed \[m/s\].

@@ -105,7 +105,7 @@ impl<'a> Stretcher<'a> {
             if device.has_effects() {
                 segment = device.piece(segment, t, &state.z);
             }
-            let has_friction = device.friction > 0.0 && !on_ground;
+            let has_friction = device.has_friction() && !on_ground;
             if has_friction {
                 self.apply_friction(&segment, t, &mut held, state);
             }
@@ -204,10 +204,11 @@ impl<'a> Stretcher<'a> {
                 &device.phi_p,
                 share,
             ),
-            Some(_) if self.held.stays_below(device, device.friction) => None,
+            Some(x) if self.held.stays_below(device, device.friction(x)) => None,
             Some(x) => {
                 let pull = |s: f64| self.held.held_pull(device, segment, t, s, x);
-                first_below(|s| device.friction - pull(s).abs(), share, 0.0)
+                let friction = device.friction(x);
+                first_below(|s| friction - pull(s).abs(), share, 0.0)
             }
         }
     }
@@ -226,7 +227,7 @@ impl<'a> Stretcher<'a> {
         if let Some(level) = *held {
             let pull = sim.pull_off(&[*segment], t, level, state);
             // What was freed at a root of the force is on the edge, and pulled outward.
-            if pull.abs() < device.friction * (1.0 - 1e-12) {
+            if pull.abs() < device.friction(level) * (1.0 - 1e-12) {
                 return;
             }
             sim.lift(level, state);
@@ -240,7 +241,7 @@ impl<'a> Stretcher<'a> {
             }
             sim.land(points.xp, state);
             let pull = sim.pull_off(&[*segment], t, points.xp, state);
-            if pull.abs() > device.friction {
+            if pull.abs() > device.friction(points.xp) {
                 sim.lift(points.xp, state);
                 self.flight.sliding = pull.signum();
             } else {

@@ -121,6 +121,11 @@ fn agrees_with_the_simulator_with_effects() {
         ("film_spring", "tau", 5e-5),
         ("base_vibration", "a", 20.0),
         ("cubic_stiffness", "k3", 2e4),
+        ("cubic_stiffness", "l", 4e-5),
+        ("even_stiffness", "k2", 4.0),
+        ("load_friction", "ml", 2e-4),
+        // Besides its default linear part.
+        ("load_friction", "mq", -1.0),
     ] {
         let mut model = Preset::embedded("paper").unwrap().model;
         let mut effect = ActiveEffect::new(effects::find(id).unwrap());

@@ -27,7 +27,7 @@ impl Machine<'_> {
     /// Not negative while the phase lasts.
     pub(super) fn guard(&self, t: f64, s: &State) -> f64 {
         let (xp, vp, _, _) = self.points(s);
-        let fc = self.e().fc;
+        let fc = self.friction(xp);
         match self.phase {
             Phase::Held(since) => {
                 let pull = -self.rates(t, s).1;
@@ -41,7 +41,7 @@ impl Machine<'_> {
                     (true, Some(_)) => self.level(t) - xp,
                 };
                 // Both as shares of what is small.
-                if fc > 0.0 {
+                if self.rubs() {
                     (gap / 1e-6).min(self.sliding * vp / 1e-3)
                 } else {
                     gap / 1e-6
@@ -53,7 +53,7 @@ impl Machine<'_> {
     pub(super) fn event(&mut self, t: f64, s: &mut State, run: &mut Run) {
         let (xp, vp, _, _) = self.points(s);
         let level = self.level(t);
-        let fc = self.e().fc;
+        let fc = self.friction(xp);
         match self.phase {
             Phase::Held(since) => {
                 run.contacts.push((since, t));
@@ -65,7 +65,7 @@ impl Machine<'_> {
                 self.sliding = -self.rates(t, s).1.signum();
                 self.phase = Phase::Flight;
             }
-            Phase::Flight if fc > 0.0 && self.sliding * vp < 1e-9 => {
+            Phase::Flight if self.rubs() && self.sliding * vp < 1e-9 => {
                 self.set_velocity(s, 0.0);
                 self.halt(t, s);
             }
@@ -108,7 +108,8 @@ impl Machine<'_> {
     /// At rest with friction: held, or off in the direction of the force.
     pub(super) fn halt(&mut self, t: f64, s: &State) {
         let pull = self.pull(t, s);
-        if pull.abs() > self.e().fc {
+        let (xp, ..) = self.points(s);
+        if pull.abs() > self.friction(xp) {
             self.sliding = pull.signum();
             self.phase = Phase::Flight;
         } else {

@@ -103,6 +103,18 @@ impl Machine<'_> {
         }
     }
 
+    /// Coulomb friction at a displacement.
+    pub(super) fn friction(&self, xp: f64) -> f64 {
+        let e = self.e();
+        let (linear, square) = e.load;
+        (e.fc + linear * xp.abs() + square * xp * xp).max(0.0)
+    }
+
+    /// Whether there is any.
+    pub(super) fn rubs(&self) -> bool {
+        self.e().fc > 0.0 || self.e().load != (0.0, 0.0)
+    }
+
     fn film(&self, xp: f64, vp: f64) -> f64 {
         if self.twin.has_film && self.twin.has_ground {
             -CS * vp / (xp + GP).powi(3)
@@ -124,8 +136,14 @@ impl Machine<'_> {
         if self.phase != Phase::Flight && e.film_tau == 0.0 {
             on_mass = 0.0;
         }
-        on_mass -=
-            e.k3 * xp.powi(3) + e.k5 * xp.powi(5) + e.cd * vp * vp.abs() + 3.495e-10 * e.gravity;
+        let cube = if e.sine_length > 0.0 {
+            let l = e.sine_length;
+            6.0 * l * l * (xp - l * (xp / l).sin())
+        } else {
+            xp.powi(3)
+        };
+        on_mass -= e.k2 * xp * xp + e.k3 * cube + e.k5 * xp.powi(5);
+        on_mass -= e.cd * vp * vp.abs() + 3.495e-10 * e.gravity;
         if e.electrostatic.0 > 0.0 {
             let distance = xp + e.electrostatic.1;
             on_mass -= 0.5 * 8.8541878128e-12 * e.electrostatic.0 * volt * volt / distance.powi(2);
@@ -134,7 +152,7 @@ impl Machine<'_> {
             let (force, range, exponent) = e.attraction;
             on_mass -= force * (1.0 + (xp + DP).max(0.0) / range).powf(-exponent);
         }
-        on_mass += self.reaction(t, xp, vp) - e.fc * self.sliding;
+        on_mass += self.reaction(t, xp, vp) - self.friction(xp) * self.sliding;
         let (a, f, phase) = e.base;
         let base = a * (TAU * f * t + phase).sin();
         let row = |i: usize| -> f64 {

@@ -48,10 +48,15 @@ pub struct Effects {
     pub electrostatic: (f64, f64),
     /// Frequency, damping, shapes at cantilever, mass and drive.
     pub mode: [f64; 5],
+    pub k2: f64,
     pub k3: f64,
     pub k5: f64,
+    /// Length of the sine form; 0 for the plain cubic.
+    pub sine_length: f64,
     pub cd: f64,
     pub fc: f64,
+    /// Friction per deflection, and per its square.
+    pub load: (f64, f64),
     pub film_tau: f64,
     pub film_growth: f64,
     /// Force, range, exponent.

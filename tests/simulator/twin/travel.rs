@@ -84,7 +84,7 @@ impl Machine<'_> {
             if height != 0.0 && t == step_time {
                 self.follow(t, &mut s, &mut run);
             }
-            if t == 0.0 && self.e().fc > 0.0 {
+            if t == 0.0 && self.rubs() {
                 let v = self.points(&s).1;
                 self.sliding = v.signum();
                 if v == 0.0 {

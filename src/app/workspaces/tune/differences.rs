@@ -22,6 +22,10 @@ pub fn differences(before: &Model, after: &Model) -> Vec<Difference> {
             rows.push([spec.symbol.to_owned(), write(spec, old), write(spec, value)]);
         }
     }
+    if after.has_ground && before.bounce != after.bounce {
+        let (old, new) = (before.bounce.sentence(), after.bounce.sentence());
+        rows.push(["bounce".to_owned(), old, new]);
+    }
     let find = |model: &Model, id: &str| {
         model
             .effects

@@ -17,6 +17,7 @@ use crate::app::widgets::text::small;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec};
 use crate::model::parameter::{ParameterId, ParameterSpec, Rank};
+use crate::model::preset::Preset;
 
 /// Why the current values cannot be simulated: parameter and message.
 struct Problem {
@@ -148,12 +149,26 @@ fn preset_picker(ui: &mut Ui, state: &mut State) {
     });
 }
 
+/// What a preset is, and by which rule its mass bounces if that is not the paper's.
+fn said_of(preset: &Preset) -> String {
+    let model = &preset.model;
+    if !model.has_ground || model.bounce.is_pull_off() {
+        return preset.about.clone();
+    }
+    let rule = model.bounce.sentence();
+    if preset.about.is_empty() {
+        format!("The mass {rule}.")
+    } else {
+        format!("{}; it {rule}", preset.about)
+    }
+}
+
 /// Two lines about the device, or about why it cannot be simulated. The height is fixed, so
 /// that the sliders below do not move.
 fn about(ui: &mut Ui, setup: &Setup, problem: Option<&Problem>) {
     let last_valid = "The curve shown is the last valid one.";
     let text = match problem {
-        None => small(&setup.preset.about).weak(),
+        None => small(said_of(&setup.preset)).weak(),
         Some(problem) if has_slider(setup, &problem.parameter) => {
             small(last_valid).color(ui.visuals().warn_fg_color)
         }

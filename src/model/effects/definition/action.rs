@@ -62,8 +62,8 @@ pub trait Action: Send + Sync + fmt::Debug {
     }
 
     /// Whether it changes forces or drive while the mass flies or is held, or has states that
-    /// are no readings. What it makes of structure, ground and sensor is none of that, nor is
-    /// [`Action::friction`].
+    /// are no readings. What it makes of structure, ground and sensor is none of that, nor is an
+    /// [`Action::friction`] that is the same everywhere.
     fn acts_on_motion(&self) -> bool {
         true
     }
@@ -150,10 +150,16 @@ pub trait Action: Send + Sync + fmt::Debug {
         film
     }
 
-    /// Coulomb friction of the mass \[N\], not negative: it opposes the mass's motion with
-    /// this force, and holds a mass at rest against any smaller one.
-    fn friction(&self) -> f64 {
+    /// Coulomb friction of the mass at `xp` \[m\], in newtons: it opposes the mass's motion with
+    /// this force, and holds a mass at rest against any smaller one. That of all effects together
+    /// is not below zero, of one it may be.
+    fn friction(&self, _xp: f64) -> f64 {
         0.0
+    }
+
+    /// Whether [`Action::friction`] depends on where the mass is.
+    fn friction_varies(&self) -> bool {
+        false
     }
 
     /// Acceleration of the base [m/s^2], up positive. All displacements are relative to
