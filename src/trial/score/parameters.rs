@@ -2,12 +2,14 @@
 //! the same parameter.
 
 use super::reported::Named;
-use crate::trial::truth::Truth;
+use crate::trial::truth::{DeviceTruth, Truth};
 
 /// The masses of a trial are up to this much off those of the model, and no recording tells a
 /// mass and a force apart: shapes within 3 % at the mass, squared, and the readings'
 /// scale.
 const OF_FORCE: f64 = 0.08;
+/// The mass of a one-mode device, as it was weighed.
+const OF_MASS: f64 = 0.01;
 /// Scale of the readings.
 const OF_LENGTH: f64 = 0.01;
 /// Share of the base's motion that the modes see, and the readings' scale.
@@ -24,10 +26,28 @@ pub struct TrueValue {
     pub instrument_bias: f64,
 }
 
+/// A strength per mass of a one-mode device as a force in the recordings' own scale: a reading
+/// `scale` times too large makes the strength `scale^power` times as large. The mass is known to 1 %.
+fn force_of_one_mode(truth: &Truth, per_mass: f64, power: i32) -> Option<TrueValue> {
+    let DeviceTruth::OneMode(device) = &truth.device else {
+        return None;
+    };
+    let value = device.mass * per_mass;
+    let scale = (truth.instruments.scale_p.powi(power) - 1.0).abs();
+    Some(TrueValue {
+        value,
+        instrument_bias: (OF_MASS + scale) * value.abs(),
+    })
+}
+
 /// The true value of `parameter` of an effect that was named and is there; `None` where
 /// the concealed formulation has no such parameter.
 #[must_use]
 pub fn true_value(truth: &Truth, named: &Named, parameter: &str) -> Option<TrueValue> {
+    // The truth is in the units before they were changed.
+    if truth.units.is_some() {
+        return None;
+    }
     let law = &truth.effects.iter().find(|e| e.id == named.id)?.law;
     let number = |path: &str| law.pointer(path).and_then(serde_json::Value::as_f64);
     let exact = |value: f64| TrueValue {
@@ -59,8 +79,17 @@ pub fn true_value(truth: &Truth, named: &Named, parameter: &str) -> Option<TrueV
             let one = stated("c2").is_none_or(|c2| c2.value == 0.0);
             (others == [Some(0.0); 2] && one).then_some(exact(number(path)?))
         }
-        ("quadratic_drag", "cd") => Some(within(number("/term/drag/cd")?, OF_FORCE)),
-        ("dry_friction", "fc") => Some(within(number("/friction")?, OF_FORCE)),
+        ("quadratic_drag", "cd") => {
+            let of_mass = || force_of_one_mode(truth, number("/quadratic_drag/c")?, -1);
+            number("/term/drag/cd").map_or_else(of_mass, |cd| Some(within(cd, OF_FORCE)))
+        }
+        ("dry_friction", "fc") => {
+            let of_mass = || force_of_one_mode(truth, number("/dry_friction/a")?, 1);
+            number("/friction").map_or_else(of_mass, |fc| Some(within(fc, OF_FORCE)))
+        }
+        ("cubic_stiffness", "k3") => {
+            force_of_one_mode(truth, number("/cubic_stiffness/k")?, -2)
+        }
         ("film_spring", "tau") => {
             let tau = number("/film/tau")?;
             (number("/film/power")? == 0.0).then(|| exact(tau))
@@ -179,6 +208,34 @@ mod tests {
                     "{id} {parameter}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn strengths_of_one_mode_devices_are_forces_on_the_mass() {
+        for (id, parameter, path) in [
+            ("quadratic_drag", "cd", "/quadratic_drag/c"),
+            ("dry_friction", "fc", "/dry_friction/a"),
+            ("cubic_stiffness", "k3", "/cubic_stiffness/k"),
+        ] {
+            let settings = Settings {
+                mix: Mix::Effect(id.to_owned()),
+                ..Settings::of_rig("spring")
+            };
+            let mut truth = Case::draw(3, &settings).unwrap().into_parts().1.open().0;
+            let per_mass = truth.effects[0].law.pointer(path).unwrap().as_f64().unwrap();
+            let DeviceTruth::OneMode(device) = truth.device.clone() else {
+                panic!("{:?}", truth.device)
+            };
+            let found = true_value(&truth, &named(id, &[]), parameter).unwrap();
+            assert!((found.value / (per_mass * device.mass) - 1.0).abs() < 1e-12);
+            // In other units it is another number.
+            truth.units = Some(crate::trial::rescale::UnitFactors {
+                length: 2.0,
+                time: 3.0,
+                mass: 4.0,
+            });
+            assert_eq!(true_value(&truth, &named(id, &[]), parameter), None);
         }
     }
 
