@@ -134,13 +134,13 @@ impl Apparatus {
         let reach = 5.0 * self.amplitude().max(1e-9);
         let speed = 5.0 * (self.amplitude() * self.omega()).max((gravity * self.amplitude()).sqrt());
         let damping = if frequency > 0.0 {
-            format!("zeta1 = {zeta:e}\n")
+            format!("zeta1 = {zeta:.1e}\n")
         } else {
             String::new()
         };
         let ranges = if frequency > 0.0 {
             format!(
-                "f1 = [{:e}, {:e}]\nzeta1 = [1e-5, 0.3]\n",
+                "f1 = [{:.2e}, {:.2e}]\nzeta1 = [1e-5, 0.3]\n",
                 frequency / 5.0,
                 frequency * 5.0
             )
@@ -154,12 +154,12 @@ impl Apparatus {
         };
         format!(
             "format = 1\nname = \"{name}\"\nabout = \"{name}, no ground and no drive\"\n\n\
-             [start]\ndrive = \"rest\"\nduration = {duration:e}\n\n\
-             [[mode]]\nmass = {mass:e}\nstiffness = {stiffness:e}\n\n\
-             [device]\nproof_mass = {mass:e}\nground = false\ncantilever = false\n\n\
+             [start]\ndrive = \"rest\"\nduration = {duration:.2e}\n\n\
+             [[mode]]\nmass = {mass:.3e}\nstiffness = {stiffness:.3e}\n\n\
+             [device]\nproof_mass = {mass:.3e}\nground = false\ncantilever = false\n\n\
              [parameters]\n{damping}x0 = {start:e}\nv0 = 0.0\n\n\
-             [ranges]\n{ranges}x0 = [{:e}, {reach:e}]\nv0 = [{:e}, {speed:e}]\n\
-             offset_p = [{:e}, {reach:e}]\nnoise = [0.0, {reach:e}]\n{effects}",
+             [ranges]\n{ranges}x0 = [{:.1e}, {reach:.1e}]\nv0 = [{:.1e}, {speed:.1e}]\n\
+             offset_p = [{:.1e}, {reach:.1e}]\nnoise = [0.0, {reach:.1e}]\n{effects}",
             -reach,
             -speed,
             -reach,
