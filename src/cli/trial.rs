@@ -59,7 +59,7 @@ pub struct Arguments {
     /// What to conceal: an effect's id, none, one, two, outside, or outside_...; by default a mixture
     #[arg(long, value_name = "ID|none|one|two|outside")]
     conceal: Option<String>,
-    /// Conceal effects of realistic size, not near the smallest visible
+    /// Conceal effects of the size that they have on a real actuator, not near the smallest visible
     #[arg(long)]
     realistic: bool,
     /// Exchange the voltages between recordings; naming any effect is then wrong
@@ -308,7 +308,9 @@ fn settings(args: &Arguments) -> anyhow::Result<Settings> {
     } else {
         StructureKind::Lumped
     };
-    let plain = args.beam || args.xp_only || args.noise.is_some() || args.rate.is_some();
+    let typed = args.beam || args.xp_only || args.noise.is_some() || args.rate.is_some();
+    // Not every rig has a voltage to exchange, or effects of a known size.
+    let plain = typed || args.shuffle || args.realistic;
     let rig = match &args.rig {
         Some(name) => RigChoice::Named(name.clone()),
         None if plain => RigChoice::OfSettings,
@@ -363,6 +365,10 @@ mod tests {
         // A plain actuator is that of earlier trials.
         let plain = settings(&parse("trial --seed 7 --noise 20nm").unwrap()).unwrap();
         assert_eq!(plain, Settings::default());
+        for line in ["trial --seed 7 --shuffle", "trial --seed 7 --realistic"] {
+            let plain = settings(&parse(line).unwrap()).unwrap();
+            assert_eq!((plain.rig, plain.sizes), (RigChoice::OfSettings, None), "{line}");
+        }
         let spring = parse("trial --seed 7 --rig spring --sizes 2:5").unwrap();
         let spring = settings(&spring).unwrap();
         assert_eq!(spring.rig, RigChoice::Named("spring".into()));

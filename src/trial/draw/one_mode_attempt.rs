@@ -50,8 +50,11 @@ fn hide(
     if let Some(which) = sine.filter(|_| apparatus.swings) {
         *apparatus = swung(apparatus.clone(), targets[which], rng)?;
     }
-    let bound = Bound::new(apparatus)?;
     let mut hidden = Vec::with_capacity(ids.len());
+    if ids.is_empty() {
+        return Some(hidden);
+    }
+    let bound = Bound::new(apparatus)?;
     for (id, target) in ids.iter().zip(targets) {
         let (formulation, law) = draw(id, apparatus, rng)?;
         let visible = bound.just_visible(&law)?;
