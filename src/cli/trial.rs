@@ -295,7 +295,9 @@ fn sizes(text: &str) -> anyhow::Result<(f64, f64)> {
     let number = |part: &str| part.trim().parse::<f64>().ok();
     text.split_once(':')
         .and_then(|(low, high)| Some((number(low)?, number(high)?)))
-        .with_context(|| format!("--sizes {text}: give two numbers, the smaller one first, as 1:30"))
+        .with_context(|| {
+            format!("--sizes {text}: give two numbers, the smaller one first, as 1:30")
+        })
 }
 
 fn settings(args: &Arguments) -> anyhow::Result<Settings> {
@@ -367,7 +369,11 @@ mod tests {
         assert_eq!(plain, Settings::default());
         for line in ["trial --seed 7 --shuffle", "trial --seed 7 --realistic"] {
             let plain = settings(&parse(line).unwrap()).unwrap();
-            assert_eq!((plain.rig, plain.sizes), (RigChoice::OfSettings, None), "{line}");
+            assert_eq!(
+                (plain.rig, plain.sizes),
+                (RigChoice::OfSettings, None),
+                "{line}"
+            );
         }
         let spring = parse("trial --seed 7 --rig spring --sizes 2:5").unwrap();
         let spring = settings(&spring).unwrap();
@@ -395,7 +401,10 @@ mod tests {
         }
         for text in ["3", "a:b", "1:", ""] {
             let error = sizes(text).unwrap_err().to_string();
-            assert!(error.contains("--sizes") && error.contains("1:30"), "{error}");
+            assert!(
+                error.contains("--sizes") && error.contains("1:30"),
+                "{error}"
+            );
         }
         let metres = parse("trial --seed 7 --noise 3V").unwrap();
         assert!(

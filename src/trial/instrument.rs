@@ -199,7 +199,11 @@ impl Instruments {
     /// Scales of both readings in recording number `recording`.
     #[must_use]
     pub fn scales(&self, recording: usize) -> [f64; 2] {
-        let [p, c] = self.scale_errors.get(recording).copied().unwrap_or([0.0; 2]);
+        let [p, c] = self
+            .scale_errors
+            .get(recording)
+            .copied()
+            .unwrap_or([0.0; 2]);
         [self.scale_p * (1.0 + p), self.scale_c * (1.0 + c)]
     }
 
@@ -235,7 +239,10 @@ impl Instruments {
                 *v += noise * rng.normal();
             }
             if step > 0.0 {
-                *v = step * (*v / step).round().clamp(-CODES_OF_8_BITS, CODES_OF_8_BITS - 1.0);
+                *v = step
+                    * (*v / step)
+                        .round()
+                        .clamp(-CODES_OF_8_BITS, CODES_OF_8_BITS - 1.0);
             }
         }
     }
@@ -257,7 +264,9 @@ impl Instruments {
     pub fn round(&self, readings: &mut [f64]) {
         let step = self.reading_step;
         if step > 0.0 {
-            readings.iter_mut().for_each(|x| *x = step * (*x / step).round());
+            readings
+                .iter_mut()
+                .for_each(|x| *x = step * (*x / step).round());
         }
     }
 

@@ -34,12 +34,12 @@ pub mod instrument;
 pub mod one_mode;
 pub mod rescale;
 pub mod rig;
-#[cfg(test)]
-mod rig_tests;
 pub mod rigs;
 pub mod rng;
 pub mod score;
 pub(crate) mod shuffle;
+#[cfg(test)]
+mod tests;
 pub(crate) mod truth;
 pub mod visibility;
 pub mod voltage;

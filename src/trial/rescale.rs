@@ -27,9 +27,14 @@ impl UnitFactors {
         let mut factor = 1.0;
         for (part, sign) in unit.splitn(2, '/').zip([1.0, -1.0]) {
             let part = part.trim_matches(['(', ')', ' ']);
-            for token in part.split([' ', '/']).filter(|t| !t.is_empty() && *t != "1") {
+            for token in part
+                .split([' ', '/'])
+                .filter(|t| !t.is_empty() && *t != "1")
+            {
                 let (name, power) = token.split_once('^').unwrap_or((token, "1"));
-                factor *= self.of_symbol(name)?.powf(sign * power.parse::<f64>().ok()?);
+                factor *= self
+                    .of_symbol(name)?
+                    .powf(sign * power.parse::<f64>().ok()?);
             }
         }
         Some(factor)
@@ -124,7 +129,9 @@ mod tests {
         assert_eq!(UNITS.of("candela"), None);
         // Those of all parameters are known, so that no preset is half rescaled.
         let own = ParameterId::ALL.map(|id| id.spec().unit);
-        let of_effects = CATALOGUE.iter().flat_map(|e| e.parameters.iter().map(|p| p.unit));
+        let of_effects = CATALOGUE
+            .iter()
+            .flat_map(|e| e.parameters.iter().map(|p| p.unit));
         for unit in own.into_iter().chain(of_effects) {
             assert!(UNITS.of(unit).is_some(), "{unit}");
         }

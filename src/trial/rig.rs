@@ -72,7 +72,10 @@ pub enum Maker {
     /// A mass with one mode at most, without ground and drive.
     OneMode(&'static OneModeRig),
     /// One of these rigs, in other units.
-    InOtherUnits(&'static [&'static RigSpec], fn(&mut TrialRng) -> UnitFactors),
+    InOtherUnits(
+        &'static [&'static RigSpec],
+        fn(&mut TrialRng) -> UnitFactors,
+    ),
 }
 
 /// A kind of device with its instruments: one file in `rigs`, one line in its table.

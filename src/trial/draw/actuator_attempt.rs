@@ -12,9 +12,7 @@ use crate::trial::hybrid::RunError;
 use crate::trial::instrument::{StructureKind, device, instruments};
 use crate::trial::rig::ActuatorRig;
 use crate::trial::rng::TrialRng;
-use crate::trial::truth::{
-    Class, ConcealedEffect, DeviceTruth, FORMAT, RecordingNote, Truth,
-};
+use crate::trial::truth::{Class, ConcealedEffect, DeviceTruth, FORMAT, RecordingNote, Truth};
 use crate::trial::voltage::voltage;
 
 /// Streams of the noise of a recording: proof mass, cantilever, voltage, written times, and the walks

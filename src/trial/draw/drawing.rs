@@ -159,10 +159,8 @@ fn make(
         }
         Some(Maker::OneMode(one)) => {
             let apparatus = (one.draw)(&mut stream(RIG_STREAM));
-            return Ok(
-                attempt_one_mode(seed, one, apparatus, settings, stream(0))
-                    .map(|parts| named(parts, rig)),
-            );
+            return Ok(attempt_one_mode(seed, one, apparatus, settings, stream(0))
+                .map(|parts| named(parts, rig)));
         }
         Some(Maker::InOtherUnits(of, draw)) => {
             let mut own = stream(UNITS_STREAM);

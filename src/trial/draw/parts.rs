@@ -94,8 +94,7 @@ impl Parts {
 fn as_file(recording: &Recording) -> Result<Recording, String> {
     let mut bytes = Vec::new();
     write_recording(&mut bytes, recording).map_err(|error| error.to_string())?;
-    let mut read =
-        import_bytes_auto(&recording.name, &bytes).map_err(|error| error.to_string())?;
+    let mut read = import_bytes_auto(&recording.name, &bytes).map_err(|error| error.to_string())?;
     read.name.clone_from(&recording.name);
     Ok(read)
 }

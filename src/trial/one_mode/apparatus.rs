@@ -132,7 +132,8 @@ impl Apparatus {
         let start = first.map_or(0.0, |run| two_digits(run.x));
         let duration = first.map_or(1.0, |run| run.duration);
         let reach = 5.0 * self.amplitude().max(1e-9);
-        let speed = 5.0 * (self.amplitude() * self.omega()).max((gravity * self.amplitude()).sqrt());
+        let speed =
+            5.0 * (self.amplitude() * self.omega()).max((gravity * self.amplitude()).sqrt());
         let damping = if frequency > 0.0 {
             format!("zeta1 = {zeta:.1e}\n")
         } else {

@@ -55,8 +55,7 @@ fn a_linear_decay_has_its_closed_form() {
     let w = std::f64::consts::TAU * f;
     let wd = w * (1.0f64 - zeta * zeta).sqrt();
     for (t, x) in times.iter().zip(&x) {
-        let exact =
-            0.1 * (-zeta * w * t).exp() * ((wd * t).cos() + zeta * w / wd * (wd * t).sin());
+        let exact = 0.1 * (-zeta * w * t).exp() * ((wd * t).cos() + zeta * w / wd * (wd * t).sin());
         assert!((x - exact).abs() < 1e-8, "{t}: {x} {exact}");
     }
 }
@@ -84,7 +83,11 @@ fn dry_friction_takes_the_same_from_each_half_turn_and_then_holds() {
         let t = 0.5 * f64::from(half_turns) / f;
         let i = (t * apparatus.reading.rate).round() as usize;
         let expected = 0.1 - 2.0 * held * f64::from(half_turns);
-        assert!((x[i].abs() - expected).abs() < 1e-8, "{half_turns}: {}", x[i]);
+        assert!(
+            (x[i].abs() - expected).abs() < 1e-8,
+            "{half_turns}: {}",
+            x[i]
+        );
     }
     let last = x[times.len() - 1];
     assert!(last.abs() <= held * (1.0 + 1e-6), "{last} {held}");
@@ -107,7 +110,10 @@ fn a_sine_slows_large_swings_as_a_pendulum() {
     let period = (crossings[crossings.len() - 1] - crossings[0]) / turns;
     let s2 = swing * swing;
     let expected = (1.0 + s2 / 16.0 + 11.0 * s2 * s2 / 3072.0 + 173.0 * s2.powi(3) / 737_280.0) / f;
-    assert!((period / expected - 1.0).abs() < 2e-5, "{period} {expected}");
+    assert!(
+        (period / expected - 1.0).abs() < 2e-5,
+        "{period} {expected}"
+    );
 }
 
 #[test]
@@ -154,7 +160,10 @@ fn what_re_tuning_absorbs_is_no_size_and_a_weak_law_counts_in_proportion() {
     let bound = Bound::new(&still).unwrap();
     let (_, with) = follow(&still, Some(&law));
     let (_, without) = follow(&still, None);
-    let squares = with.iter().zip(&without).map(|(a, b)| ((a - b) / 1e-4).powi(2));
+    let squares = with
+        .iter()
+        .zip(&without)
+        .map(|(a, b)| ((a - b) / 1e-4).powi(2));
     let all = squares.sum::<f64>().sqrt();
     let left = bound.deviations(&law).unwrap();
     assert!(left < 0.05 * all, "{left} of {all}");
@@ -176,7 +185,9 @@ fn presets_can_be_read_and_state_what_was_measured() {
         for seed in 0..20 {
             let apparatus = (one.draw)(&mut TrialRng::new(seed, 8));
             let preset = Preset::parse("test", &apparatus.preset());
-            let model = preset.unwrap_or_else(|e| panic!("{name} {seed}: {e}")).model;
+            let model = preset
+                .unwrap_or_else(|e| panic!("{name} {seed}: {e}"))
+                .model;
             let (real, nominal) = (apparatus.device, apparatus.nominal);
             assert!((model.proof_mass / real.mass - 1.0).abs() < 0.012);
             assert!(!model.has_ground && !model.has_cantilever);

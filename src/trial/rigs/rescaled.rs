@@ -9,12 +9,7 @@ pub static RIG: RigSpec = RigSpec {
     id: "rescaled",
     about: "both points, a spring, a ball or a pendulum with all lengths, times and masses multiplied",
     maker: Maker::InOtherUnits(
-        &[
-            &both_points::RIG,
-            &spring::RIG,
-            &ball::RIG,
-            &pendulum::RIG,
-        ],
+        &[&both_points::RIG, &spring::RIG, &ball::RIG, &pendulum::RIG],
         draw,
     ),
 };

@@ -87,9 +87,7 @@ pub fn true_value(truth: &Truth, named: &Named, parameter: &str) -> Option<TrueV
             let of_mass = || force_of_one_mode(truth, number("/dry_friction/a")?, 1);
             number("/friction").map_or_else(of_mass, |fc| Some(within(fc, OF_FORCE)))
         }
-        ("cubic_stiffness", "k3") => {
-            force_of_one_mode(truth, number("/cubic_stiffness/k")?, -2)
-        }
+        ("cubic_stiffness", "k3") => force_of_one_mode(truth, number("/cubic_stiffness/k")?, -2),
         ("film_spring", "tau") => {
             let tau = number("/film/tau")?;
             (number("/film/power")? == 0.0).then(|| exact(tau))
@@ -223,7 +221,12 @@ mod tests {
                 ..Settings::of_rig("spring")
             };
             let mut truth = Case::draw(3, &settings).unwrap().into_parts().1.open().0;
-            let per_mass = truth.effects[0].law.pointer(path).unwrap().as_f64().unwrap();
+            let per_mass = truth.effects[0]
+                .law
+                .pointer(path)
+                .unwrap()
+                .as_f64()
+                .unwrap();
             let DeviceTruth::OneMode(device) = truth.device.clone() else {
                 panic!("{:?}", truth.device)
             };

@@ -143,8 +143,7 @@ fn by_size(plain: &[&Outcome]) -> Vec<Row> {
     let mut rows = Vec::new();
     for (class, prefix) in [(Class::One, ""), (Class::Two, "two, ")] {
         for w in bins.windows(2) {
-            let inside =
-                |o: &&Outcome| o.class == class && o.size >= w[0] && o.size < w[1];
+            let inside = |o: &&Outcome| o.class == class && o.size >= w[0] && o.size < w[1];
             let label = format!("{prefix}{} to {} x smallest visible", w[0], w[1]);
             let row = Row::new(label, plain.iter().copied().filter(inside));
             if class == Class::One || !row.is_empty() {
@@ -267,11 +266,7 @@ const FURTHER_COLUMNS: [(&str, usize); 5] = [
 /// What stands in those columns; a row of marks alone has nothing there.
 fn further_cells(row: &Row) -> [String; FURTHER_COLUMNS.len()] {
     let count = |n: usize| {
-        if n > 0 {
-            n.to_string()
-        } else {
-            "-".to_owned()
-        }
+        if n > 0 { n.to_string() } else { "-".to_owned() }
     };
     let time = |which: usize| {
         row.seconds
