@@ -225,7 +225,9 @@ fn written_times_err_by_their_claim_and_come_back_even() {
     assert!((found / jitter - 1.0).abs() < 0.05, "{found:e}");
     assert!(stamps.windows(2).all(|w| w[1] > w[0]));
     for recording in all(&case) {
-        assert!((recording.sampling_rate() * recording.interval() - 1.0).abs() < 1e-9);
-        assert!((recording.sampling_rate() / instruments.rate - 1.0).abs() < 0.02);
+        // The reader finds the even clock behind them, and says so.
+        assert!(recording.is_uniform(), "{}", recording.name);
+        assert!(!recording.warnings.is_empty(), "{}", recording.name);
+        assert!((recording.sampling_rate() / instruments.rate - 1.0).abs() < 1e-4);
     }
 }
