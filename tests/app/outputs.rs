@@ -180,7 +180,10 @@ fn trials_of_a_rig_are_sealed_diagnosed_from_their_own_preset_and_scored_by_rig(
     // The seal was said first, and the truth that it seals is the file.
     let digest = Sha256::digest(std::fs::read(case.join("truth.json")).unwrap());
     let hex: String = digest.iter().map(|b| format!("{b:02x}")).collect();
-    assert!(said.starts_with(&format!("seed 5: sealed, SHA-256 {hex}\n")), "{said}");
+    assert!(
+        said.starts_with(&format!("seed 5: sealed, SHA-256 {hex}\n")),
+        "{said}"
+    );
     // Anybody can ask again, with the preset that the trial's diagnosis was given.
     let again = "\"$P\" diagnose --preset preset.toml train-1.csv train-2.csv --held-out held-out-1.csv \
                  --json d.json";

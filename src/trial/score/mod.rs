@@ -183,7 +183,9 @@ fn as_concealed(truth: &Truth, reported: &Diagnosis) -> Diagnosis {
     }
     // Both names of one effect are one name.
     let mut seen = std::collections::BTreeSet::new();
-    reported.named.retain(|effect| seen.insert(effect.id.clone()));
+    reported
+        .named
+        .retain(|effect| seen.insert(effect.id.clone()));
     reported.by_criterion = reported.by_criterion.as_ref().map(own);
     reported
 }
