@@ -5,7 +5,7 @@ use super::concealed_ids::{conceal, target_size};
 use super::parts::{Columns, Parts};
 use super::settings::Settings;
 use super::size::TrialSetup;
-use crate::trial::concealed::concealed_effects::{Choice, OUTSIDE, choose, drawn_effects};
+use crate::trial::concealed::concealed_effects::{Choice, OUTSIDE, choose, drawn_effects, same_as};
 use crate::trial::concealed::law::Law;
 use crate::trial::device::reference_device::excitations;
 use crate::trial::hybrid::RunError;
@@ -174,7 +174,9 @@ pub(super) fn attempt_actuator(
         times_smallest_visible: *size,
         size_nn: choice.law.size(&plain).map(|f| 1e9 * f),
         law: serde_json::to_value(&choice.law).unwrap_or_default(),
-        same_as: Vec::new(),
+        same_as: (same_as(&choice.id).iter())
+            .map(|id| (*id).to_owned())
+            .collect(),
     };
     let notes = excitations
         .iter()

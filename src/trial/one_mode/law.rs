@@ -12,6 +12,8 @@ pub enum OneModeLaw {
     QuadraticDrag { c: f64 },
     /// `a` against the motion \[m/s^2\]; holds up to that at rest.
     DryFriction { a: f64 },
+    /// `m |x|` against the motion, m \[1/s^2\]: a contact that the spring loads.
+    LoadFriction { m: f64 },
     /// `-k x^3`, k \[1/(m^2 s^2)\].
     CubicStiffness { k: f64 },
     /// `-k x^2`, k \[1/(m s^2)\].
@@ -38,6 +40,7 @@ impl OneModeLaw {
         match &mut law {
             Self::QuadraticDrag { c } | Self::NegativeDamping { c, .. } => *c *= s,
             Self::DryFriction { a } | Self::Gusts { a, .. } => *a *= s,
+            Self::LoadFriction { m } => *m *= s,
             Self::CubicStiffness { k }
             | Self::EvenStiffness { k }
             | Self::PumpedStiffness { k, .. } => *k *= s,
@@ -52,7 +55,7 @@ impl OneModeLaw {
     pub fn acceleration(&self, run: usize, t: f64, x: f64, v: f64) -> f64 {
         match self {
             Self::QuadraticDrag { c } => -c * v * v.abs(),
-            Self::DryFriction { .. } => 0.0,
+            Self::DryFriction { .. } | Self::LoadFriction { .. } => 0.0,
             Self::CubicStiffness { k } => -k * x * x * x,
             Self::EvenStiffness { k } => -k * x * x,
             Self::SineStiffness { b, omega } if b.abs() * x.abs() > 1e-4 => {
@@ -77,11 +80,18 @@ impl OneModeLaw {
         }
     }
 
-    /// Dry friction \[m/s^2\].
+    /// Whether it is a friction, which holds a mass at rest.
     #[must_use]
-    pub fn friction(&self) -> f64 {
+    pub fn is_friction(&self) -> bool {
+        matches!(self, Self::DryFriction { .. } | Self::LoadFriction { .. })
+    }
+
+    /// Dry friction at `x` \[m\] against the motion \[m/s^2\].
+    #[must_use]
+    pub fn friction(&self, x: f64) -> f64 {
         match self {
             Self::DryFriction { a } => *a,
+            Self::LoadFriction { m } => m * x.abs(),
             _ => 0.0,
         }
     }
@@ -91,6 +101,7 @@ impl OneModeLaw {
     pub fn size(&self, reach: f64, speed: f64) -> f64 {
         match self {
             Self::DryFriction { a } | Self::Gusts { a, .. } => a.abs(),
+            Self::LoadFriction { m } => m.abs() * reach,
             Self::NegativeDamping { c, .. } => c.abs() * speed,
             Self::PumpedStiffness { k, .. } => k.abs() * reach,
             _ => self.acceleration(0, 0.0, reach, speed).abs(),

@@ -8,7 +8,9 @@ use crate::trial::rng::TrialRng;
 pub const QUADRATIC_DRAG: &str = "quadratic_drag";
 /// Dry friction.
 pub const DRY_FRICTION: &str = "dry_friction";
-/// A stiffness that is even about the middle but not linear.
+/// Friction in proportion to the deflection.
+pub const LOAD_FRICTION: &str = "load_friction";
+/// A stiffness that is alike on both sides but not linear.
 pub const CUBIC_STIFFNESS: &str = "cubic_stiffness";
 /// A stiffness that differs to both sides.
 pub const EVEN_STIFFNESS: &str = "even_stiffness";
@@ -54,6 +56,10 @@ pub fn draw(
         DRY_FRICTION => OneModeLaw::DryFriction {
             a: 0.05 * omega * omega * reach,
         },
+        // As much of the energy of each turn as a damping ratio of 1.6 %.
+        LOAD_FRICTION => OneModeLaw::LoadFriction {
+            m: 0.05 * omega * omega,
+        },
         CUBIC_STIFFNESS => OneModeLaw::CubicStiffness {
             k: 0.4 * rng.sign() * (omega / reach).powi(2),
         },
@@ -80,6 +86,7 @@ pub fn draw(
     let formulation = match id {
         QUADRATIC_DRAG => "square of the velocity",
         DRY_FRICTION => "Coulomb with a hold at rest",
+        LOAD_FRICTION => "friction in proportion to the deflection",
         CUBIC_STIFFNESS => "third power of the displacement",
         EVEN_STIFFNESS => "second power of the displacement",
         SINE_STIFFNESS => "sine of the displacement",

@@ -27,7 +27,7 @@ struct Follower<'a> {
     apparatus: &'a Apparatus,
     laws: &'a [&'a OneModeLaw],
     run: usize,
-    friction: f64,
+    rubs: bool,
 }
 
 impl Follower<'_> {
@@ -42,10 +42,15 @@ impl Follower<'_> {
             .sum::<f64>()
     }
 
+    /// Dry friction \[m/s^2\].
+    fn friction(&self, x: f64) -> f64 {
+        self.laws.iter().map(|law| law.friction(x)).sum()
+    }
+
     /// What friction does to a mass that rests at this instant.
     fn from_rest(&self, t: f64, x: f64) -> Friction {
         let pull = self.free(t, x, 0.0);
-        if pull.abs() <= self.friction {
+        if pull.abs() <= self.friction(x) {
             Friction::Holds
         } else {
             Friction::Slides(pull.signum())
@@ -53,7 +58,7 @@ impl Follower<'_> {
     }
 
     fn begin(&self, run: &Run) -> Friction {
-        if self.friction == 0.0 {
+        if !self.rubs {
             Friction::Slides(0.0)
         } else if run.v == 0.0 {
             self.from_rest(0.0, run.x)
@@ -78,7 +83,7 @@ pub fn motion(
         apparatus,
         laws,
         run,
-        friction: laws.iter().map(|law| law.friction()).sum(),
+        rubs: laws.iter().any(|law| law.is_friction()),
     };
     let reach = apparatus.amplitude().max(1e-12);
     let mut tolerance = [1.0; MAX_STATE];
@@ -109,7 +114,7 @@ pub fn motion(
         };
         let mut rhs = |t: f64, y: &State, rate: &mut State| {
             rate[0] = y[1];
-            rate[1] = follower.free(t, y[0], y[1]) - follower.friction * direction;
+            rate[1] = follower.free(t, y[0], y[1]) - follower.friction(y[0]) * direction;
         };
         if fresh {
             stepper.restart(t, &y, &mut rhs);

@@ -21,6 +21,8 @@ const GRAVITY_SIGMA: f64 = 3e-3;
 const RIDGE: f64 = 1e-10;
 /// How often the strength is brought nearer the smallest visible one.
 const MAX_SEARCHES: usize = 12;
+/// Powers of the strength by which deviations may grow from one strength to the next.
+const POWERS: (f64, f64) = (0.3, 3.0);
 /// Distance from the smallest visible size at which the search ends, as a share.
 const SEARCH_TOLERANCE: f64 = 0.02;
 
@@ -133,11 +135,22 @@ impl<'a> Bound<'a> {
     /// By what the strength of `law` must be multiplied to be just visible.
     #[must_use]
     pub fn just_visible(&self, law: &OneModeLaw) -> Option<f64> {
-        let mut factor = 1.0;
+        let mut factor = 1.0f64;
+        // How fast the deviations grow, as a power of the strength: of a law whose leading part is
+        // absorbed (a friction by load is nearly a viscous damping) faster than in proportion.
+        let (mut power, mut before) = (1.0, None);
         for _ in 0..MAX_SEARCHES {
-            let ratio = JUST_VISIBLE / self.deviations(&law.scaled(factor))?.max(1e-9);
-            factor *= ratio;
-            // Weaker than visible at full strength: the law is weak, the bound linear.
+            let deviations = self.deviations(&law.scaled(factor))?.max(1e-9);
+            let ratio = JUST_VISIBLE / deviations;
+            if let Some((strength, found)) = before {
+                let slope: f64 = (deviations / found).ln() / f64::ln(factor / strength);
+                if slope.is_finite() {
+                    power = slope.clamp(POWERS.0, POWERS.1);
+                }
+            }
+            before = Some((factor, deviations));
+            factor *= ratio.powf(1.0 / power);
+            // Weaker than visible at full strength: the law is weak, the bound near its leading part.
             if (ratio - 1.0).abs() < SEARCH_TOLERANCE || factor > 1.0 {
                 break;
             }

@@ -2,8 +2,8 @@
 
 use crate::trial::one_mode::apparatus::{Apparatus, OneModeDevice, OneModeRig, Reading, Run};
 use crate::trial::one_mode::law_draws::{
-    CUBIC_STIFFNESS, DRY_FRICTION, EVEN_STIFFNESS, GUSTS, NEGATIVE_DAMPING, PUMPED_STIFFNESS,
-    QUADRATIC_DRAG, SINE_STIFFNESS,
+    CUBIC_STIFFNESS, DRY_FRICTION, EVEN_STIFFNESS, GUSTS, LOAD_FRICTION, NEGATIVE_DAMPING,
+    PUMPED_STIFFNESS, QUADRATIC_DRAG, SINE_STIFFNESS,
 };
 use crate::trial::rig::{Maker, RigSpec};
 use crate::trial::rng::TrialRng;
@@ -18,6 +18,7 @@ pub static RIG: RigSpec = RigSpec {
         effects: &[
             QUADRATIC_DRAG,
             DRY_FRICTION,
+            LOAD_FRICTION,
             CUBIC_STIFFNESS,
             EVEN_STIFFNESS,
             SINE_STIFFNESS,

@@ -267,8 +267,15 @@ fn mark(class: Class, concealed: &[String], reported: &Diagnosis, may_add: &[&st
             Mark::Right
         }
         Class::Nothing => Mark::FalseAlarm,
-        // Names count as names, whatever is said to remain.
-        Class::Outside if !names.is_empty() => Mark::Wrong,
+        // Names count as names, whatever is said to remain. One that says the same as the law
+        // has its id here.
+        Class::Outside if !names.is_empty() => {
+            if names.iter().all(|n| concealed.contains(&n.id)) {
+                Mark::Right
+            } else {
+                Mark::Wrong
+            }
+        }
         Class::Outside
             if matches!(
                 reported.verdict,
@@ -422,8 +429,12 @@ mod tests {
             Mark::Right
         );
         assert_eq!(
-            of(Class::Outside, &one, reported(Missing, &[lag])),
+            of(Class::Outside, &two[1..], reported(Missing, &[lag])),
             Mark::Wrong
+        );
+        assert_eq!(
+            of(Class::Outside, &one, reported(Missing, &[lag])),
+            Mark::Right
         );
         let alone = |class, concealed: &[String], d: &Diagnosis| {
             criterion_mark(class, concealed, d, &["extra_mode"])

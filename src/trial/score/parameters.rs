@@ -88,6 +88,8 @@ pub fn true_value(truth: &Truth, named: &Named, parameter: &str) -> Option<TrueV
             number("/friction").map_or_else(of_mass, |fc| Some(within(fc, OF_FORCE)))
         }
         ("cubic_stiffness", "k3") => force_of_one_mode(truth, number("/cubic_stiffness/k")?, -2),
+        ("even_stiffness", "k2") => force_of_one_mode(truth, number("/even_stiffness/k")?, -1),
+        ("load_friction", "ml") => force_of_one_mode(truth, number("/load_friction/m")?, 0),
         ("film_spring", "tau") => {
             let tau = number("/film/tau")?;
             (number("/film/power")? == 0.0).then(|| exact(tau))
@@ -215,6 +217,8 @@ mod tests {
             ("quadratic_drag", "cd", "/quadratic_drag/c"),
             ("dry_friction", "fc", "/dry_friction/a"),
             ("cubic_stiffness", "k3", "/cubic_stiffness/k"),
+            ("even_stiffness", "k2", "/even_stiffness/k"),
+            ("load_friction", "ml", "/load_friction/m"),
         ] {
             let settings = Settings {
                 mix: Mix::Effect(id.to_owned()),
