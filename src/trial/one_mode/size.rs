@@ -138,12 +138,12 @@ impl<'a> Bound<'a> {
         let mut factor = 1.0f64;
         // How fast the deviations grow, as a power of the strength: of a law whose leading part is
         // absorbed (a friction by load is nearly a viscous damping) faster than in proportion.
-        let (mut power, mut before) = (1.0, None);
+        let (mut power, mut before): (f64, Option<(f64, f64)>) = (1.0, None);
         for _ in 0..MAX_SEARCHES {
             let deviations = self.deviations(&law.scaled(factor))?.max(1e-9);
             let ratio = JUST_VISIBLE / deviations;
             if let Some((strength, found)) = before {
-                let slope: f64 = (deviations / found).ln() / f64::ln(factor / strength);
+                let slope = (deviations / found).ln() / (factor / strength).ln();
                 if slope.is_finite() {
                     power = slope.clamp(POWERS.0, POWERS.1);
                 }
