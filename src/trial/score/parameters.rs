@@ -2,6 +2,7 @@
 //! the same parameter.
 
 use super::reported::Named;
+use crate::trial::one_mode::apparatus::OneModeDevice;
 use crate::trial::truth::{DeviceTruth, Truth};
 
 /// The masses of a trial are up to this much off those of the model, and no recording tells a
@@ -26,13 +27,23 @@ pub struct TrueValue {
     pub instrument_bias: f64,
 }
 
-/// A strength per mass of a one-mode device as a force in the recordings' own scale: a reading
+/// The strength of a law of a one-mode device as a force in the recordings' own scale: a reading
 /// `scale` times too large makes the strength `scale^power` times as large. The mass is known to 1 %.
-fn force_of_one_mode(truth: &Truth, per_mass: f64, power: i32) -> Option<TrueValue> {
-    let DeviceTruth::OneMode(device) = &truth.device else {
-        return None;
+fn of_one_mode(
+    truth: &Truth,
+    device: &OneModeDevice,
+    law: &serde_json::Value,
+    (effect, parameter): (&str, &str),
+) -> Option<TrueValue> {
+    let (path, power) = match (effect, parameter) {
+        ("quadratic_drag", "cd") => ("/quadratic_drag/c", -1),
+        ("dry_friction", "fc") => ("/dry_friction/a", 1),
+        ("load_friction", "ml") => ("/load_friction/m", 0),
+        ("cubic_stiffness", "k3") => ("/cubic_stiffness/k", -2),
+        ("even_stiffness", "k2") => ("/even_stiffness/k", -1),
+        _ => return None,
     };
-    let value = device.mass * per_mass;
+    let value = device.mass * law.pointer(path)?.as_f64()?;
     let scale = (truth.instruments.scale_p.powi(power) - 1.0).abs();
     Some(TrueValue {
         value,
@@ -49,6 +60,9 @@ pub fn true_value(truth: &Truth, named: &Named, parameter: &str) -> Option<TrueV
         return None;
     }
     let law = &truth.effects.iter().find(|e| e.id == named.id)?.law;
+    if let DeviceTruth::OneMode(device) = &truth.device {
+        return of_one_mode(truth, device, law, (&named.id, parameter));
+    }
     let number = |path: &str| law.pointer(path).and_then(serde_json::Value::as_f64);
     let exact = |value: f64| TrueValue {
         value,
@@ -79,17 +93,8 @@ pub fn true_value(truth: &Truth, named: &Named, parameter: &str) -> Option<TrueV
             let one = stated("c2").is_none_or(|c2| c2.value == 0.0);
             (others == [Some(0.0); 2] && one).then_some(exact(number(path)?))
         }
-        ("quadratic_drag", "cd") => {
-            let of_mass = || force_of_one_mode(truth, number("/quadratic_drag/c")?, -1);
-            number("/term/drag/cd").map_or_else(of_mass, |cd| Some(within(cd, OF_FORCE)))
-        }
-        ("dry_friction", "fc") => {
-            let of_mass = || force_of_one_mode(truth, number("/dry_friction/a")?, 1);
-            number("/friction").map_or_else(of_mass, |fc| Some(within(fc, OF_FORCE)))
-        }
-        ("cubic_stiffness", "k3") => force_of_one_mode(truth, number("/cubic_stiffness/k")?, -2),
-        ("even_stiffness", "k2") => force_of_one_mode(truth, number("/even_stiffness/k")?, -1),
-        ("load_friction", "ml") => force_of_one_mode(truth, number("/load_friction/m")?, 0),
+        ("quadratic_drag", "cd") => Some(within(number("/term/drag/cd")?, OF_FORCE)),
+        ("dry_friction", "fc") => Some(within(number("/friction")?, OF_FORCE)),
         ("film_spring", "tau") => {
             let tau = number("/film/tau")?;
             (number("/film/power")? == 0.0).then(|| exact(tau))
