@@ -17,9 +17,12 @@ use crate::model::Model;
 use crate::model::preset::Preset;
 use crate::model::unit::{counted, parse_quantity};
 use crate::recording::Recording;
-use crate::trial::score::{Diagnosis, Outcome, aggregate, may_also_name, score, score_shuffled};
+use crate::trial::score::{
+    Diagnosis, Outcome, Verdict, aggregate, may_also_name, score, score_shuffled,
+};
 use crate::trial::{
-    Case, Class, Mix, Settings, StructureKind, TrialError, write_case, write_truth,
+    Case, Class, Mix, RIG_SIZES, RigChoice, Settings, StructureKind, write_case, write_preset,
+    write_truth,
 };
 
 /// Arguments of the command.
@@ -31,16 +34,23 @@ pub struct Arguments {
     /// How many trials
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     count: u64,
-    /// Device that the diagnosis starts from
+    /// Device that the diagnosis of an impact actuator starts from; other devices bring their own
     #[arg(long, default_value = "paper")]
     preset: String,
-    /// Rms of the noise
-    #[arg(long, default_value = "20 nm")]
-    noise: String,
-    /// Samples per second
-    #[arg(long, default_value = "50 kHz")]
-    rate: String,
-    /// Record the proof mass alone
+    /// Device and instruments: both-points, voltage-noise, proof-mass-alone, coarse, walking-zero,
+    /// spot-anew, beam, spring, ball, pendulum or rescaled; by default one after the other, by the seed
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["noise", "rate", "xp_only", "beam"])]
+    rig: Option<String>,
+    /// Smallest and largest size of what is concealed, over the smallest visible [default: 1:30]
+    #[arg(long, value_name = "A:B")]
+    sizes: Option<String>,
+    /// Rms of the noise of a plain actuator, the device of earlier trials, in place of a rig [default: 20 nm]
+    #[arg(long)]
+    noise: Option<String>,
+    /// Samples per second of the same [default: 50 kHz]
+    #[arg(long)]
+    rate: Option<String>,
+    /// Record the proof mass of the same alone
     #[arg(long)]
     xp_only: bool,
     /// Use a distributed beam with four modes; naming a further mode is then not wrong
@@ -49,7 +59,7 @@ pub struct Arguments {
     /// What to conceal: an effect's id, none, one, two, outside, or outside_...; by default a mixture
     #[arg(long, value_name = "ID|none|one|two|outside")]
     conceal: Option<String>,
-    /// Conceal effects of realistic size, not near the smallest visible
+    /// Conceal effects of the size that they have on a real actuator, not near the smallest visible
     #[arg(long)]
     realistic: bool,
     /// Exchange the voltages between recordings; naming any effect is then wrong
@@ -98,9 +108,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
                     Err(error) => tally.fail(seed, format!("{error:#}")),
                 }
             }
-            Err(error @ (TrialError::UnknownEffect(_) | TrialError::Setting { .. })) => {
-                return Err(wrong_command(error.into()));
-            }
+            Err(error) if error.is_of_settings() => return Err(wrong_command(error.into())),
             Err(error) => tally.fail(seed, error.to_string()),
         }
         // Many trials take hours: results so far are kept.
@@ -170,6 +178,8 @@ impl Tally {
     fn json(&self, settings: &Settings) -> Value {
         json!({
             "settings": {
+                "rig": settings.rig,
+                "sizes": settings.sizes,
                 "structure": settings.structure,
                 "cantilever": settings.cantilever,
                 "noise": settings.noise,
@@ -189,6 +199,11 @@ type Scored = (Outcome, Value, anyhow::Result<()>);
 
 /// Diagnoses one case from its recordings alone, then reads its truth and scores the diagnosis.
 fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result<Scored> {
+    let own = case.preset().map(str::to_owned);
+    let model = match &own {
+        Some(text) => &Preset::parse("the preset of the trial", text)?.model,
+        None => model,
+    };
     let (mut recordings, envelope) = case.into_parts();
     if args.shuffle {
         recordings = recordings.with_voltages_exchanged()?;
@@ -199,6 +214,9 @@ fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result
         .map(|folder| folder.join(format!("seed-{seed}")));
     if let Some(folder) = &folder {
         write_case(folder, &recordings)?;
+        if let Some(text) = &own {
+            write_preset(&folder.join("preset.toml"), text)?;
+        }
     }
     let whole = |list: &[Arc<Recording>]| -> Vec<Part> {
         list.iter().map(|r| Part::whole(Arc::clone(r))).collect()
@@ -221,13 +239,14 @@ fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result
         report.and(truth.map_err(Into::into))
     });
     let (truth, text) = envelope.open();
-    let may_add = may_also_name(args.beam);
+    let may_add = may_also_name(truth.is_beam());
     let said = Diagnosis::from(&answer);
-    let outcome = if args.shuffle {
+    let scored = if args.shuffle {
         score_shuffled(&truth, &said)
     } else {
         score(&truth, &said, may_add)
     };
+    let outcome = Outcome { seconds, ..scored };
     let note = json!({
         "seed": seed,
         "sha256": seal,
@@ -249,10 +268,15 @@ fn line(outcome: &Outcome, note: &Value) -> String {
             outcome.size
         ),
     };
-    let answer = match outcome.named.as_slice() {
-        [] => outcome.verdict.text().to_owned(),
-        ids => ids.join(" + "),
+    let answer = match (outcome.named.as_slice(), outcome.verdict) {
+        ([], verdict) => verdict.text().to_owned(),
+        (ids, Verdict::PartlyExplained) => format!("{} in part", ids.join(" + ")),
+        (ids, _) => ids.join(" + "),
     };
+    let rig = outcome
+        .rig
+        .as_ref()
+        .map_or_else(String::new, |rig| format!("{rig}, "));
     let [before, after] = outcome.rms_over_noise;
     let exchanged = if outcome.shuffled {
         " (voltages exchanged)"
@@ -260,26 +284,53 @@ fn line(outcome: &Outcome, note: &Value) -> String {
         ""
     };
     format!(
-        "{}{exchanged}: concealed {concealed}; answer {answer}; held-out error {before:.2} to {after:.2} x noise; {:.1} s",
+        "{rig}{}{exchanged}: concealed {concealed}; answer {answer}; held-out error {before:.2} to {after:.2} x noise; {:.1} s",
         outcome.mark.text(),
         note["seconds"].as_f64().unwrap_or(f64::NAN)
     )
 }
 
+/// Sizes as typed: `1:30`.
+fn sizes(text: &str) -> anyhow::Result<(f64, f64)> {
+    let number = |part: &str| part.trim().parse::<f64>().ok();
+    text.split_once(':')
+        .and_then(|(low, high)| Some((number(low)?, number(high)?)))
+        .with_context(|| {
+            format!("--sizes {text}: give two numbers, the smaller one first, as 1:30")
+        })
+}
+
 fn settings(args: &Arguments) -> anyhow::Result<Settings> {
-    let quantity = |option: &str, text: &str, unit: &str| {
-        parse_quantity(text, unit).with_context(|| format!("{option} {text}"))
+    let quantity = |option: &str, text: &Option<String>, unit: &str, usual: f64| match text {
+        Some(text) => parse_quantity(text, unit).with_context(|| format!("{option} {text}")),
+        None => Ok(usual),
     };
     let kind = if args.beam {
         StructureKind::Beam
     } else {
         StructureKind::Lumped
     };
+    let typed = args.beam || args.xp_only || args.noise.is_some() || args.rate.is_some();
+    // Not every rig has a voltage to exchange, or effects of a known size.
+    let plain = typed || args.shuffle || args.realistic;
+    let rig = match &args.rig {
+        Some(name) => RigChoice::Named(name.clone()),
+        None if plain => RigChoice::OfSettings,
+        None => RigChoice::Each,
+    };
+    let usual = Settings::default();
     Ok(Settings {
+        sizes: match &args.sizes {
+            Some(text) => Some(sizes(text)?),
+            // A plain actuator keeps the sizes of earlier trials, and with them their seeds.
+            None if rig == RigChoice::OfSettings => None,
+            None => Some(RIG_SIZES),
+        },
+        rig,
         structure: Some(kind),
         cantilever: !args.xp_only,
-        noise: quantity("--noise", &args.noise, "m")?,
-        rate: quantity("--rate", &args.rate, "Hz")?,
+        noise: quantity("--noise", &args.noise, "m", usual.noise)?,
+        rate: quantity("--rate", &args.rate, "Hz", usual.rate)?,
         mix: match args.conceal.as_deref() {
             None => Mix::Standard,
             Some("none") => Mix::Only(Class::Nothing),
@@ -310,8 +361,24 @@ mod tests {
 
     #[test]
     fn settings_are_read_as_typed() {
-        let plain = settings(&parse("trial --seed 7").unwrap()).unwrap();
+        let each = settings(&parse("trial --seed 7").unwrap()).unwrap();
+        assert_eq!(each.rig, RigChoice::Each);
+        assert_eq!(each.sizes, Some((1.0, 30.0)));
+        // A plain actuator is that of earlier trials.
+        let plain = settings(&parse("trial --seed 7 --noise 20nm").unwrap()).unwrap();
         assert_eq!(plain, Settings::default());
+        for line in ["trial --seed 7 --shuffle", "trial --seed 7 --realistic"] {
+            let plain = settings(&parse(line).unwrap()).unwrap();
+            assert_eq!(
+                (plain.rig, plain.sizes),
+                (RigChoice::OfSettings, None),
+                "{line}"
+            );
+        }
+        let spring = parse("trial --seed 7 --rig spring --sizes 2:5").unwrap();
+        let spring = settings(&spring).unwrap();
+        assert_eq!(spring.rig, RigChoice::Named("spring".into()));
+        assert_eq!(spring.sizes, Some((2.0, 5.0)));
         let all = "trial --seed 7 --noise 150nm --rate 25kHz --xp-only --beam --conceal gap_step";
         let all = settings(&parse(all).unwrap()).unwrap();
         assert!((all.noise - 150e-9).abs() < 1e-18);
@@ -328,6 +395,17 @@ mod tests {
         assert!(parse("trial").is_err());
         assert!(parse("trial --seed 7 --count 0").is_err());
         assert!(parse("trial --seed -1").is_err());
+        for beside in ["--noise 20nm", "--rate 25kHz", "--xp-only", "--beam"] {
+            let line = format!("trial --seed 7 --rig coarse {beside}");
+            assert!(parse(&line).is_err(), "{line}");
+        }
+        for text in ["3", "a:b", "1:", ""] {
+            let error = sizes(text).unwrap_err().to_string();
+            assert!(
+                error.contains("--sizes") && error.contains("1:30"),
+                "{error}"
+            );
+        }
         let metres = parse("trial --seed 7 --noise 3V").unwrap();
         assert!(
             settings(&metres)

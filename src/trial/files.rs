@@ -49,6 +49,14 @@ pub fn write_case(folder: &Path, recordings: &Recordings) -> Result<CaseFiles, T
     })
 }
 
+/// Writes the text of a preset into the file `path`.
+///
+/// # Errors
+/// [`TrialError::Write`].
+pub fn write_preset(path: &Path, text: &str) -> Result<(), TrialError> {
+    write_atomically(path, text.as_bytes()).map_err(|e| failed(path, e))
+}
+
 /// Opens the envelope into the file `path`; its SHA-256 is the seal.
 ///
 /// # Errors

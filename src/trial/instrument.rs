@@ -9,6 +9,13 @@ use super::device::reference_device::{STATIC_PER_GC, table_device, table_modes};
 use super::device::structure::Structure;
 use super::rng::TrialRng;
 
+/// By how much readings are later or earlier than the voltage at most \[s\].
+pub const LARGEST_SKEW: f64 = 8e-6;
+/// Standard deviations beyond which no stamp errs: neighbours must not change places.
+const LARGEST_DEVIATE: f64 = 3.0;
+/// Half the number of codes of a converter of 8 bits.
+const CODES_OF_8_BITS: f64 = 128.0;
+
 /// Which structure a trial's device has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -40,6 +47,34 @@ pub struct Instruments {
     pub zeros: Vec<[f64; 2]>,
     /// Whether the cantilever is read.
     pub cantilever: bool,
+    /// Step to which the proof mass's reading is rounded \[m\]; zero for none.
+    #[serde(default)]
+    pub reading_step: f64,
+    /// By how much the scales of both readings differ from their own in each recording, as a share;
+    /// empty where they do not.
+    #[serde(default)]
+    pub scale_errors: Vec<[f64; 2]>,
+    /// What else they do.
+    #[serde(default)]
+    pub imperfections: Imperfections,
+}
+
+/// How far instruments are from good ones. None of it is missing physics; zero is none of it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Imperfections {
+    /// Rms of the noise on the voltage as it is recorded \[V\]. The drive itself has none.
+    pub voltage_noise: f64,
+    /// Step of the converter of the voltage, of 8 bits \[V\]; zero for a continuous one.
+    pub voltage_step: f64,
+    /// Random walk of each reading's zero: rms distance from its start over the square root of the
+    /// time \[m/s^(1/2)\].
+    pub zero_walk: f64,
+    /// Standard deviation of each reading's scale between recordings, as a share.
+    pub scale_spread: f64,
+    /// Rms error of the time written for a sample; the samples themselves are even \[s\].
+    pub stamp_jitter: f64,
+    /// Share by which the recorder samples faster than it says.
+    pub clock_error: f64,
 }
 
 /// The device's parameters as drawn. SI.
@@ -132,17 +167,109 @@ pub fn instruments(
         noise,
         coloured_share: rng.between(0.05, 0.4),
         coloured_time: rng.log_between(3e-5, 1e-3),
-        skew: rng.between(-8e-6, 8e-6),
+        skew: rng.between(-LARGEST_SKEW, LARGEST_SKEW),
         scale_p: 1.0 + 0.01 * rng.between(-1.0, 1.0),
         scale_c: 1.0 + 0.01 * rng.between(-1.0, 1.0),
         zeros: (0..recordings)
             .map(|_| [rng.between(-3e-6, 3e-6), rng.between(-2e-6, 2e-6)])
             .collect(),
         cantilever,
+        reading_step: 0.0,
+        scale_errors: Vec::new(),
+        imperfections: Imperfections::default(),
     }
 }
 
 impl Instruments {
+    /// The same with imperfections; `stretch` is by how much more their clocks may be apart.
+    #[must_use]
+    pub fn with(mut self, imperfections: Imperfections, stretch: f64, rng: &mut TrialRng) -> Self {
+        self.skew *= stretch;
+        self.imperfections = imperfections;
+        let spread = imperfections.scale_spread;
+        if spread > 0.0 {
+            let recordings = self.zeros.len();
+            self.scale_errors = (0..recordings)
+                .map(|_| [spread * rng.normal(), spread * rng.normal()])
+                .collect();
+        }
+        self
+    }
+
+    /// Scales of both readings in recording number `recording`.
+    #[must_use]
+    pub fn scales(&self, recording: usize) -> [f64; 2] {
+        let [p, c] = self
+            .scale_errors
+            .get(recording)
+            .copied()
+            .unwrap_or([0.0; 2]);
+        [self.scale_p * (1.0 + p), self.scale_c * (1.0 + c)]
+    }
+
+    /// When sample `i` is taken in the voltage's own time \[s\].
+    #[must_use]
+    pub fn instant(&self, i: usize) -> f64 {
+        i as f64 / (self.rate * (1.0 + self.imperfections.clock_error))
+    }
+
+    /// The times that are written for `count` samples \[s\].
+    #[must_use]
+    pub fn stamps(&self, count: usize, rng: &mut TrialRng) -> Vec<f64> {
+        let jitter = self.imperfections.stamp_jitter;
+        let mut stamp = |i: usize| {
+            let even = i as f64 / self.rate;
+            if jitter == 0.0 {
+                even
+            } else {
+                even + jitter * rng.normal().clamp(-LARGEST_DEVIATE, LARGEST_DEVIATE)
+            }
+        };
+        (0..count).map(&mut stamp).collect()
+    }
+
+    /// Turns voltages into what the recorder shows of them.
+    pub fn read_voltage(&self, voltages: &mut [f64], rng: &mut TrialRng) {
+        let (noise, step) = (
+            self.imperfections.voltage_noise,
+            self.imperfections.voltage_step,
+        );
+        for v in voltages {
+            if noise > 0.0 {
+                *v += noise * rng.normal();
+            }
+            if step > 0.0 {
+                *v = step
+                    * (*v / step)
+                        .round()
+                        .clamp(-CODES_OF_8_BITS, CODES_OF_8_BITS - 1.0);
+            }
+        }
+    }
+
+    /// Adds the random walk of a reading's zero, which begins at zero.
+    pub fn walk(&self, readings: &mut [f64], rng: &mut TrialRng) {
+        let step = self.imperfections.zero_walk / self.rate.sqrt();
+        if step == 0.0 {
+            return;
+        }
+        let mut zero = 0.0;
+        for x in readings {
+            *x += zero;
+            zero += step * rng.normal();
+        }
+    }
+
+    /// Rounds readings to what the sensor resolves.
+    pub fn round(&self, readings: &mut [f64]) {
+        let step = self.reading_step;
+        if step > 0.0 {
+            readings
+                .iter_mut()
+                .for_each(|x| *x = step * (*x / step).round());
+        }
+    }
+
     /// Turns a motion into a reading: scale, zero, noise from `rng`.
     pub fn read(&self, motion: &mut [f64], scale: f64, zero: f64, rng: &mut TrialRng) {
         let white = self.noise * (1.0 - self.coloured_share).sqrt();

@@ -4,6 +4,11 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::instrument::{DeviceParameters, Instruments, StructureKind};
+use super::one_mode::apparatus::OneModeDevice;
+use super::rescale::UnitFactors;
+
+/// Version of the truth file.
+pub const FORMAT: u32 = 2;
 
 /// What kind of answer is right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -32,6 +37,19 @@ pub struct ConcealedEffect {
     pub size_nn: Option<f64>,
     /// The law with its parameters, SI.
     pub law: serde_json::Value,
+    /// Ids of other effects of the catalogue that say the same: naming one of them is right.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub same_as: Vec<String>,
+}
+
+/// The device of a trial.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum DeviceTruth {
+    /// An impact actuator.
+    Actuator(DeviceParameters),
+    /// A device with one mode at most.
+    OneMode(OneModeDevice),
 }
 
 /// One recording of a trial.
@@ -54,12 +72,20 @@ pub struct Truth {
     pub format: u32,
     /// Seed of the trial.
     pub seed: u64,
+    /// Name of the rig; `None` for an actuator with the settings' own numbers.
+    #[serde(default)]
+    pub rig: Option<String>,
+    /// By what lengths, times and masses are multiplied in the recordings and in the preset. All
+    /// else here is in the units before.
+    #[serde(default)]
+    pub units: Option<UnitFactors>,
     /// Kind of answer that is right.
     pub class: Class,
-    /// Kind of device.
-    pub structure: StructureKind,
+    /// Kind of actuator; `None` for a device with one mode.
+    #[serde(default)]
+    pub structure: Option<StructureKind>,
     /// The device.
-    pub device: DeviceParameters,
+    pub device: DeviceTruth,
     /// The instruments.
     pub instruments: Instruments,
     /// The concealed effects.
@@ -68,6 +94,22 @@ pub struct Truth {
     pub decoys: Vec<ConcealedEffect>,
     /// The recordings.
     pub recordings: Vec<RecordingNote>,
+}
+
+impl Truth {
+    /// Rms of the noise of a reading \[m\], in the unit of the recordings.
+    #[must_use]
+    pub fn noise(&self) -> f64 {
+        let rounding = self.instruments.reading_step / 12f64.sqrt();
+        let length = self.units.map_or(1.0, |units| units.length);
+        length * self.instruments.noise.hypot(rounding)
+    }
+
+    /// Whether the device is a beam, with more modes than the model.
+    #[must_use]
+    pub fn is_beam(&self) -> bool {
+        self.structure == Some(StructureKind::Beam)
+    }
 }
 
 /// The sealed truth: its seal can be read by anyone, the truth only when it is opened.

@@ -141,6 +141,29 @@ fn wrong_commands_exit_with_2_and_failed_work_with_1() {
             "cannot be concealed",
         ),
         (&["trial", "--seed", "1", "--noise", "3 V"], 2, "--noise"),
+        (
+            &["trial", "--seed", "1", "--rig", "swing"],
+            2,
+            "there is no rig \"swing\"; there are both-points,",
+        ),
+        (
+            &[
+                "trial",
+                "--seed",
+                "1",
+                "--rig",
+                "ball",
+                "--conceal",
+                "gap_step",
+            ],
+            2,
+            "the rig ball cannot conceal gap_step",
+        ),
+        (
+            &["trial", "--seed", "1", "--sizes", "9:1"],
+            2,
+            "sizes 9 to 1",
+        ),
         (&["demo", "--out", "/dev/null/x"], 1, "/dev/null/x"),
         #[cfg(feature = "gui")]
         (&["nonsense"], 1, "display"),

@@ -159,6 +159,39 @@ fn a_trial_is_scored_though_its_report_and_standard_output_fail() {
 }
 
 #[test]
+fn trials_of_a_rig_are_sealed_diagnosed_from_their_own_preset_and_scored_by_rig() {
+    use sha2::{Digest, Sha256};
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let line = "\"$P\" trial --seed 5 --count 2 --rig ball --sizes 20:30 --conceal quadratic_drag \
+                --json t.json --files files";
+    let output = shell(folder, line);
+    assert_eq!(output.status.code(), Some(0), "{}", error_of(&output));
+    let said = String::from_utf8(output.stdout).unwrap();
+    for part in ["rig (from 3 x", "false names", "worst s", "ball"] {
+        assert!(said.contains(part), "{part}:\n{said}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&read(folder, "t.json")).unwrap();
+    let row = &json["table"]["by_rig"][0];
+    assert_eq!(row["label"], "ball");
+    assert!(row["seconds"][1].as_f64().unwrap() > 0.0);
+    assert_eq!(json["cases"][0]["outcome"]["rig"], "ball");
+    let case = folder.join("files").join("seed-5");
+    // The seal was said first, and the truth that it seals is the file.
+    let digest = Sha256::digest(std::fs::read(case.join("truth.json")).unwrap());
+    let hex: String = digest.iter().map(|b| format!("{b:02x}")).collect();
+    assert!(
+        said.starts_with(&format!("seed 5: sealed, SHA-256 {hex}\n")),
+        "{said}"
+    );
+    // Anybody can ask again, with the preset that the trial's diagnosis was given.
+    let again = "\"$P\" diagnose --preset preset.toml train-1.csv train-2.csv --held-out held-out-1.csv \
+                 --json d.json";
+    let output = shell(&case, again);
+    assert_eq!(output.status.code(), Some(0), "{}", error_of(&output));
+}
+
+#[test]
 fn a_full_standard_error_changes_no_exit_code() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

@@ -77,6 +77,9 @@ impl Mark {
 pub struct Outcome {
     /// Seed of the trial.
     pub seed: u64,
+    /// Name of the rig; `None` for an actuator with the settings' own numbers.
+    #[serde(default)]
+    pub rig: Option<String>,
     /// Class of the trial.
     pub class: Class,
     /// Whether each recording was given the voltage of another: then the right answer
@@ -86,6 +89,9 @@ pub struct Outcome {
     pub concealed: Vec<String>,
     /// What was named.
     pub named: Vec<String>,
+    /// How many of the names are of effects that are not there and not allowed in addition.
+    #[serde(default)]
+    pub false_names: usize,
     /// Verdict given.
     pub verdict: Verdict,
     /// Size of the least visible concealed effect over the smallest visible; zero if
@@ -105,6 +111,9 @@ pub struct Outcome {
     /// Share of the reported mismatch that lies where the concealed effects act; `None`
     /// where they act everywhere, or nothing is reported.
     pub located: Option<f64>,
+    /// Time of the diagnosis \[s\]; zero if it was not taken.
+    #[serde(default)]
+    pub seconds: f64,
 }
 
 /// Stated parameters against the truth.
@@ -122,6 +131,7 @@ pub struct Coverage {
 /// without harm (a further mode where the device is a beam).
 #[must_use]
 pub fn score(truth: &Truth, reported: &Diagnosis, may_add: &[&str]) -> Outcome {
+    let reported = &as_concealed(truth, reported);
     let concealed: Vec<String> = truth.effects.iter().map(|e| e.id.clone()).collect();
     let named: Vec<String> = reported.named.iter().map(|n| n.id.clone()).collect();
     let mark = mark(truth.class, &concealed, reported, may_add);
@@ -130,7 +140,9 @@ pub fn score(truth: &Truth, reported: &Diagnosis, may_add: &[&str]) -> Outcome {
     } else {
         Coverage::default()
     };
-    let noise = truth.instruments.noise;
+    let noise = truth.noise();
+    let is_false = |id: &&String| !concealed.contains(id) && !may_add.contains(&id.as_str());
+    let false_names = named.iter().filter(is_false).count();
     let concealed_ids = concealed.clone();
     let held = &reported.held_out;
     let smallest = truth
@@ -140,10 +152,12 @@ pub fn score(truth: &Truth, reported: &Diagnosis, may_add: &[&str]) -> Outcome {
         .fold(f64::INFINITY, f64::min);
     Outcome {
         seed: truth.seed,
+        rig: truth.rig.clone(),
         class: truth.class,
         shuffled: false,
         concealed,
         named,
+        false_names,
         verdict: reported.verdict,
         size: if smallest.is_finite() { smallest } else { 0.0 },
         mark,
@@ -152,7 +166,28 @@ pub fn score(truth: &Truth, reported: &Diagnosis, may_add: &[&str]) -> Outcome {
         grew: held.after.rms > held.before.rms,
         coverage,
         located: located(truth, &reported.places),
+        seconds: 0.0,
     }
+}
+
+/// What was reported, with names that say the same as what is concealed replaced by its own.
+fn as_concealed(truth: &Truth, reported: &Diagnosis) -> Diagnosis {
+    let own = |id: &String| {
+        let same = truth.effects.iter().find(|e| e.same_as.contains(id));
+        same.map_or_else(|| id.clone(), |e| e.id.clone())
+    };
+    let mut reported = reported.clone();
+    for effect in &mut reported.named {
+        effect.id = own(&effect.id);
+        effect.confusion_group = effect.confusion_group.iter().map(&own).collect();
+    }
+    // Both names of one effect are one name.
+    let mut seen = std::collections::BTreeSet::new();
+    reported
+        .named
+        .retain(|effect| seen.insert(effect.id.clone()));
+    reported.by_criterion = reported.by_criterion.as_ref().map(own);
+    reported
 }
 
 /// Scores a diagnosis of recordings with exchanged voltages: right if nothing is named.
@@ -166,6 +201,7 @@ pub fn score_shuffled(truth: &Truth, reported: &Diagnosis) -> Outcome {
             Mark::Wrong
         },
         coverage: Coverage::default(),
+        false_names: reported.named.len(),
         located: None,
         ..score(truth, reported, &[])
     }
@@ -223,13 +259,31 @@ fn mark(class: Class, concealed: &[String], reported: &Diagnosis, may_add: &[&st
         .collect();
     match class {
         Class::Nothing if names.is_empty() && reported.verdict == Verdict::Adequate => Mark::Right,
-        Class::Nothing if names.is_empty() && reported.verdict == Verdict::MissingPhysics => {
-            // Only what may be added was named.
+        // Only what may be added was named.
+        Class::Nothing
+            if names.is_empty()
+                && (reported.verdict == Verdict::MissingPhysics || !reported.named.is_empty()) =>
+        {
             Mark::Right
         }
         Class::Nothing => Mark::FalseAlarm,
-        Class::Outside if !names.is_empty() => Mark::Wrong,
-        Class::Outside if reported.verdict == Verdict::Unexplained => Mark::Right,
+        // Names count as names, whatever is said to remain. One that says the same as the law
+        // has its id here.
+        Class::Outside if !names.is_empty() => {
+            if names.iter().all(|n| concealed.contains(&n.id)) {
+                Mark::Right
+            } else {
+                Mark::Wrong
+            }
+        }
+        Class::Outside
+            if matches!(
+                reported.verdict,
+                Verdict::Unexplained | Verdict::PartlyExplained
+            ) =>
+        {
+            Mark::Right
+        }
         Class::Outside => Mark::Abstained,
         Class::One | Class::Two => {
             if names.is_empty() {
@@ -288,6 +342,49 @@ mod tests {
     }
 
     #[test]
+    fn a_name_counts_whatever_the_verdict() {
+        use super::reported::Verdict::{MissingPhysics, PartlyExplained};
+        let one = ["sensor_lag".to_owned()];
+        let lag = ("sensor_lag", &[] as &[&str]);
+        let drag = ("quadratic_drag", &[] as &[&str]);
+        for verdict in [MissingPhysics, PartlyExplained] {
+            let of = |class, concealed: &[String], name| {
+                mark(class, concealed, &reported(verdict, &[name]), &[])
+            };
+            assert_eq!(of(Class::One, &one, lag), Mark::Right);
+            assert_eq!(of(Class::One, &one, drag), Mark::Wrong);
+            assert_eq!(of(Class::Nothing, &[], lag), Mark::FalseAlarm);
+            assert_eq!(of(Class::Outside, &one, drag), Mark::Wrong);
+        }
+        let nothing = reported(PartlyExplained, &[]);
+        assert_eq!(mark(Class::Nothing, &[], &nothing, &[]), Mark::FalseAlarm);
+        assert_eq!(mark(Class::Outside, &one, &nothing, &[]), Mark::Right);
+    }
+
+    #[test]
+    fn a_name_that_says_the_same_is_right_and_others_are_false() {
+        use super::reported::Verdict::MissingPhysics;
+        let settings = crate::trial::Settings {
+            mix: crate::trial::Mix::Effect("sine_stiffness".into()),
+            ..crate::trial::Settings::of_rig("pendulum")
+        };
+        let truth = crate::trial::Case::draw(5, &settings).unwrap();
+        let truth = truth.truth();
+        let of = |names: &[(&str, &[&str])]| score(truth, &reported(MissingPhysics, names), &[]);
+        for names in [
+            &[("sine_stiffness", &[] as &[&str])][..],
+            &[("cubic_stiffness", &[])],
+            &[("cubic_stiffness", &[]), ("sine_stiffness", &[])],
+        ] {
+            let outcome = of(names);
+            assert_eq!((outcome.mark, outcome.false_names), (Mark::Right, 0));
+            assert_eq!(outcome.rig.as_deref(), Some("pendulum"));
+        }
+        let outcome = of(&[("cubic_stiffness", &[]), ("dry_friction", &[])]);
+        assert_eq!((outcome.mark, outcome.false_names), (Mark::Wrong, 1));
+    }
+
+    #[test]
     fn marks() {
         use super::reported::Verdict::{Adequate, MissingPhysics as Missing, Unexplained};
         let one = ["sensor_lag".to_owned()];
@@ -332,8 +429,12 @@ mod tests {
             Mark::Right
         );
         assert_eq!(
-            of(Class::Outside, &one, reported(Missing, &[lag])),
+            of(Class::Outside, &two[1..], reported(Missing, &[lag])),
             Mark::Wrong
+        );
+        assert_eq!(
+            of(Class::Outside, &one, reported(Missing, &[lag])),
+            Mark::Right
         );
         let alone = |class, concealed: &[String], d: &Diagnosis| {
             criterion_mark(class, concealed, d, &["extra_mode"])

@@ -2,12 +2,15 @@
 //! the same parameter.
 
 use super::reported::Named;
-use crate::trial::truth::Truth;
+use crate::trial::one_mode::apparatus::OneModeDevice;
+use crate::trial::truth::{DeviceTruth, Truth};
 
 /// The masses of a trial are up to this much off those of the model, and no recording tells a
 /// mass and a force apart: shapes within 3 % at the mass, squared, and the readings'
 /// scale.
 const OF_FORCE: f64 = 0.08;
+/// The mass of a one-mode device, as it was weighed.
+const OF_MASS: f64 = 0.01;
 /// Scale of the readings.
 const OF_LENGTH: f64 = 0.01;
 /// Share of the base's motion that the modes see, and the readings' scale.
@@ -24,11 +27,42 @@ pub struct TrueValue {
     pub instrument_bias: f64,
 }
 
+/// The strength of a law of a one-mode device as a force in the recordings' own scale: a reading
+/// `scale` times too large makes the strength `scale^power` times as large. The mass is known to 1 %.
+fn of_one_mode(
+    truth: &Truth,
+    device: &OneModeDevice,
+    law: &serde_json::Value,
+    (effect, parameter): (&str, &str),
+) -> Option<TrueValue> {
+    let (path, power) = match (effect, parameter) {
+        ("quadratic_drag", "cd") => ("/quadratic_drag/c", -1),
+        ("dry_friction", "fc") => ("/dry_friction/a", 1),
+        ("load_friction", "ml") => ("/load_friction/m", 0),
+        ("cubic_stiffness", "k3") => ("/cubic_stiffness/k", -2),
+        ("even_stiffness", "k2") => ("/even_stiffness/k", -1),
+        _ => return None,
+    };
+    let value = device.mass * law.pointer(path)?.as_f64()?;
+    let scale = (truth.instruments.scale_p.powi(power) - 1.0).abs();
+    Some(TrueValue {
+        value,
+        instrument_bias: (OF_MASS + scale) * value.abs(),
+    })
+}
+
 /// The true value of `parameter` of an effect that was named and is there; `None` where
 /// the concealed formulation has no such parameter.
 #[must_use]
 pub fn true_value(truth: &Truth, named: &Named, parameter: &str) -> Option<TrueValue> {
+    // The truth is in the units before they were changed.
+    if truth.units.is_some() {
+        return None;
+    }
     let law = &truth.effects.iter().find(|e| e.id == named.id)?.law;
+    if let DeviceTruth::OneMode(device) = &truth.device {
+        return of_one_mode(truth, device, law, (&named.id, parameter));
+    }
     let number = |path: &str| law.pointer(path).and_then(serde_json::Value::as_f64);
     let exact = |value: f64| TrueValue {
         value,
@@ -179,6 +213,41 @@ mod tests {
                     "{id} {parameter}"
                 );
             }
+        }
+    }
+
+    #[test]
+    fn strengths_of_one_mode_devices_are_forces_on_the_mass() {
+        for (id, parameter, path) in [
+            ("quadratic_drag", "cd", "/quadratic_drag/c"),
+            ("dry_friction", "fc", "/dry_friction/a"),
+            ("cubic_stiffness", "k3", "/cubic_stiffness/k"),
+            ("even_stiffness", "k2", "/even_stiffness/k"),
+            ("load_friction", "ml", "/load_friction/m"),
+        ] {
+            let settings = Settings {
+                mix: Mix::Effect(id.to_owned()),
+                ..Settings::of_rig("spring")
+            };
+            let mut truth = Case::draw(3, &settings).unwrap().into_parts().1.open().0;
+            let per_mass = truth.effects[0]
+                .law
+                .pointer(path)
+                .unwrap()
+                .as_f64()
+                .unwrap();
+            let DeviceTruth::OneMode(device) = truth.device.clone() else {
+                panic!("{:?}", truth.device)
+            };
+            let found = true_value(&truth, &named(id, &[]), parameter).unwrap();
+            assert!((found.value / (per_mass * device.mass) - 1.0).abs() < 1e-12);
+            // In other units it is another number.
+            truth.units = Some(crate::trial::rescale::UnitFactors {
+                length: 2.0,
+                time: 3.0,
+                mass: 4.0,
+            });
+            assert_eq!(true_value(&truth, &named(id, &[]), parameter), None);
         }
     }
 

@@ -13,6 +13,8 @@ pub enum Verdict {
     Adequate,
     /// The named effects are missing from the baseline.
     MissingPhysics,
+    /// The named effects are missing, and something remains that they do not explain.
+    PartlyExplained,
     /// Something is there that the catalogue does not carry.
     Unexplained,
 }
@@ -115,6 +117,7 @@ impl Verdict {
         match self {
             Self::Adequate => "adequate",
             Self::MissingPhysics => "missing physics",
+            Self::PartlyExplained => "partly explained",
             Self::Unexplained => "unexplained",
         }
     }
@@ -122,10 +125,15 @@ impl Verdict {
 
 impl From<diagnosis::Verdict> for Verdict {
     fn from(verdict: diagnosis::Verdict) -> Self {
-        match verdict {
-            diagnosis::Verdict::Adequate => Self::Adequate,
-            diagnosis::Verdict::MissingPhysics => Self::MissingPhysics,
-            diagnosis::Verdict::Unexplained => Self::Unexplained,
+        // Not a match: the verdict between the named and the unexplained is the only other one.
+        if verdict == diagnosis::Verdict::Adequate {
+            Self::Adequate
+        } else if verdict == diagnosis::Verdict::MissingPhysics {
+            Self::MissingPhysics
+        } else if verdict == diagnosis::Verdict::Unexplained {
+            Self::Unexplained
+        } else {
+            Self::PartlyExplained
         }
     }
 }

@@ -27,6 +27,8 @@ use super::instrument::Instruments;
 
 /// Standard deviations at which an effect counts as just visible.
 pub const JUST_VISIBLE: f64 = 5.0;
+/// Columns of each recording: zeros of both readings, errors of both scales.
+const OF_A_RECORDING: usize = 4;
 /// Time that is followed \[s\]; of longer recordings only some of the stretches are used.
 const FOLLOWED_TIME: f64 = 0.2;
 
@@ -39,9 +41,10 @@ pub fn deviations(cases: &[CaseRun<'_>], instruments: &Instruments) -> Result<f6
         return Ok(0.0);
     };
     let tunings = tunings(n);
-    // After the tunings: dp, alpha, Ca, Ca0, skew, two scales, zeros.
+    // After the tunings: dp, alpha, Ca, Ca0, skew, two scales; of each recording two zeros and the
+    // errors of both scales.
     let base = tunings.len();
-    let size = base + 7 + 2 * cases.len();
+    let size = base + 7 + OF_A_RECORDING * cases.len();
     let mut normal = NormalEquations {
         matrix: DMatrix::zeros(size, size),
         right: DVector::zeros(size),
@@ -58,7 +61,13 @@ pub fn deviations(cases: &[CaseRun<'_>], instruments: &Instruments) -> Result<f6
         .sum();
     let every = (all / FOLLOWED_TIME).ceil().max(1.0) as usize;
     for (number, recording) in cases.iter().enumerate() {
-        let zeros = base + 7 + 2 * number;
+        let zeros = base + 7 + OF_A_RECORDING * number;
+        let spread = instruments.imperfections.scale_spread;
+        if spread > 0.0 {
+            for column in [zeros + 2, zeros + 3] {
+                normal.matrix[(column, column)] += 1.0 / (spread * spread);
+            }
+        }
         for stretch in recording
             .run
             .stretches

@@ -81,7 +81,7 @@ pub(crate) fn add_stretch(
         .copied();
     let trace = DVector::from_iterator(rows, measured.take(rows)) - &followed.reference;
 
-    let global = followed.shared_columns(tunings, zeros, instruments.rate)?;
+    let global = followed.shared_columns(tunings, zeros, instruments)?;
     let mut local = followed.state_columns()?;
     local.extend(followed.jump_columns(stretch, instruments.rate)?);
     let colour = Colour {
@@ -146,7 +146,7 @@ impl Followed<'_> {
         &self,
         tunings: &[Tuning],
         zeros: usize,
-        rate: f64,
+        instruments: &Instruments,
     ) -> Result<Vec<(usize, DVector<f64>)>, RunError> {
         let (plain, pieces, reference) = (self.case.plain, self.case.pieces, &self.reference);
         let mut global: Vec<(usize, DVector<f64>)> = Vec::new();
@@ -167,7 +167,7 @@ impl Followed<'_> {
             DVector::from_fn(rows, |i, _| if i >= from && i < to { f(i) } else { 0.0 })
         };
         // Neighbouring samples are too far apart for the velocity of the quick modes.
-        let soon = 0.01 / rate;
+        let soon = 0.01 / instruments.rate;
         let later: Vec<f64> = self.times.iter().map(|t| t + soon).collect();
         let moved = self.readings(plain, pieces, &self.start, &later)?;
         global.push((base + 4, (moved - reference) / soon));
@@ -175,6 +175,10 @@ impl Followed<'_> {
         global.push((base + 6, part(m, rows, &|i| reference[i])));
         global.push((zeros, part(0, m, &|_| 1.0)));
         global.push((zeros + 1, part(m, rows, &|_| 1.0)));
+        if instruments.imperfections.scale_spread > 0.0 {
+            global.push((zeros + 2, part(0, m, &|i| reference[i])));
+            global.push((zeros + 3, part(m, rows, &|i| reference[i])));
+        }
         Ok(global)
     }
 
