@@ -11,6 +11,7 @@
 //! 9. Assemble the answer.
 
 use super::answer::assemble::{Parts, assemble};
+use super::answer::conditions;
 use super::answer::proof::Proof;
 use super::baseline::retune::RetunedBaseline;
 use super::comparison::trial::{ModelState, SelectionResult};
@@ -122,6 +123,7 @@ pub fn diagnose_as_read(
     remarks.extend(baseline.remarks);
     remarks.extend(decision.refusal().cloned().map(Remark::NamesRefused));
     remarks.extend(proof.misread());
+    remarks.extend(conditions::of_parameters(&workspace, &decision.found)?);
     let set_aside = set_aside(&decision.found.state);
     let parts = Parts {
         decision: &decision,

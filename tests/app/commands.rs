@@ -265,7 +265,7 @@ fn interrupted_work_keeps_the_best_so_far() {
     );
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(
-        text.starts_with("Cancelled: this is the best so far."),
+        text.starts_with("Ended early: this is the best so far."),
         "{text}"
     );
     assert!(

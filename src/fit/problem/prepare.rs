@@ -50,6 +50,7 @@ pub fn prepare(
         space: space.clone(),
         data: Vec::with_capacity(parts.len()),
         nuisances: Vec::new(),
+        known: options.known.clone(),
         options: simulation,
     };
     let mut segments = Vec::new();

@@ -11,9 +11,10 @@ use super::sandwich_covariance::{sandwich_inflation, segment_gradients, with_obs
 use super::stored_matrix;
 use crate::fit::error::FitError;
 use crate::fit::problem::prepare::Prepared;
+use crate::fit::problem::prior_rows::known_row;
 use crate::fit::recipes::recording_for;
 use crate::fit::residual::residual_rows::Row;
-use crate::fit::solve::normal_equations::normal_equations;
+use crate::fit::solve::normal_equations::{add_row, normal_equations};
 use crate::fit::solve::point::{Point, residuals_at, threshold};
 use crate::fit::thresholds::{
     BAD_FIT_CHI2, EXTREME_CORRELATION, MAX_FOLLOWED_NOISE_RATIO, MAX_SET_ASIDE_SHARE,
@@ -113,7 +114,12 @@ pub(crate) fn uncertainty(
     let n = space.len();
     let huber = threshold(problem, point)?;
     let reduced = problem.linearize(&point.x, &point.segments, &point.used, huber, &[])?;
-    let (normal, _) = normal_equations(problem, &point.x, &reduced, huber);
+    let (mut normal, mut gradient) = normal_equations(problem, &point.x, &reduced, huber);
+    // The misfit widens what the recordings tell, not what is known beforehand.
+    for known in &problem.known {
+        let row = known_row(space, known, &point.x);
+        add_row(&mut normal, &mut gradient, &row, chi2.max(1.0) - 1.0);
+    }
     let linearized = inverse(&normal);
     let wider = sandwich_inflation(&linearized, segment_gradients(&reduced), chi2);
     let covariance = with_observed_curvature(problem, point, huber, linearized * chi2.max(1.0))?;

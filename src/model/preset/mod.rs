@@ -3,6 +3,7 @@
 mod error;
 mod file;
 mod keys;
+pub mod known_value;
 mod read;
 #[cfg(test)]
 mod tests;
@@ -15,7 +16,8 @@ pub use self::error::PresetError;
 
 use self::error::Source;
 use self::file::{Device, FORMAT, File, ModeEntry, Start};
-use self::read::{read_effects, read_modes, read_parameters, read_ranges};
+use self::known_value::KnownValue;
+use self::read::{read_effects, read_known, read_modes, read_parameters, read_ranges};
 use self::toml_fault::{TomlFault, short_key};
 use super::Model;
 use super::drive::Waveform;
@@ -48,6 +50,8 @@ pub struct Preset {
     pub model: Model,
     /// Slider ranges that differ from the table's.
     pub ranges: BTreeMap<ParameterId, (f64, f64)>,
+    /// What is known of its parameters beforehand, by id.
+    pub known: Vec<KnownValue>,
 }
 
 impl Default for Preset {
@@ -178,6 +182,7 @@ impl Preset {
             drive: read.start.drive.clone(),
             duration,
             ranges: read_ranges(&source, &read)?,
+            known: read_known(&source, &read, &model)?,
             model,
         })
     }
@@ -209,6 +214,11 @@ impl Preset {
                 .ranges
                 .iter()
                 .map(|(id, range)| (id.spec().id.to_owned(), *range))
+                .collect(),
+            known: self
+                .known
+                .iter()
+                .map(|known| (known.id.clone(), (known.value, known.std_error)))
                 .collect(),
             effects: model
                 .effects
