@@ -23,6 +23,8 @@ pub struct FixedParameter {
 pub struct ParameterChoices {
     /// Ids of the free ones in place of the usual ones; may be empty.
     pub free: Option<Vec<String>>,
+    /// Ids that are free besides the usual or listed ones.
+    pub also_free: Vec<String>,
     /// Those that are held.
     pub fixed: Vec<FixedParameter>,
     /// Those that are known. They are free against that knowledge.
@@ -73,6 +75,8 @@ impl ParameterChoices {
             each.collect::<Result<Vec<_>, _>>()
         });
         let free = free.transpose()?;
+        let more = self.also_free.iter().map(|id| canonical(id));
+        let also_free = more.collect::<Result<Vec<_>, _>>()?;
         let mut fixed = Vec::new();
         for one in &self.fixed {
             let (id, spec) = device_parameter(model, &one.id)?;
@@ -88,6 +92,7 @@ impl ParameterChoices {
         });
         let all = Self {
             free,
+            also_free,
             fixed,
             known: known.collect::<Result<_, _>>()?,
         };
@@ -105,7 +110,8 @@ impl ParameterChoices {
         };
         for (i, one) in self.fixed.iter().enumerate() {
             let id = &one.id;
-            if self.free.as_ref().is_some_and(|free| free.contains(id)) {
+            let mut freed = self.free.iter().flatten().chain(&self.also_free);
+            if freed.any(|free| free == id) {
                 return twice(id, "both held and free");
             }
             if self.known.iter().any(|known| known.id == *id) {
@@ -132,7 +138,8 @@ impl ParameterChoices {
     pub fn may_change(&self, id: &str) -> bool {
         let listed = |free: &Vec<String>| free.iter().any(|own| own == id);
         let is_known = self.known.iter().any(|known| known.id == id);
-        !self.is_fixed(id) && (is_known || self.free.as_ref().is_none_or(listed))
+        let is_named = is_known || listed(&self.also_free);
+        !self.is_fixed(id) && (is_named || self.free.as_ref().is_none_or(listed))
     }
 
     /// The model to start from: held parameters at their values, known ones at theirs.
@@ -154,9 +161,10 @@ impl ParameterChoices {
     /// Ids of the free parameters, where `usual` ones are free if nothing is decided.
     pub fn free_ids(&self, usual: Vec<String>) -> Vec<String> {
         let mut ids = self.free.clone().unwrap_or(usual);
-        for known in &self.known {
-            if !ids.contains(&known.id) {
-                ids.push(known.id.clone());
+        let known = self.known.iter().map(|known| &known.id);
+        for id in self.also_free.iter().chain(known) {
+            if !ids.contains(id) {
+                ids.push(id.clone());
             }
         }
         ids.retain(|id| !self.is_fixed(id));
@@ -185,9 +193,8 @@ mod tests {
     fn held_free_and_known_parameters_are_told_apart() {
         let preset = Preset::embedded("faller").unwrap();
         let asked = ParameterChoices {
-            free: None,
             fixed: vec![fixed("g", Some(1.62))],
-            known: Vec::new(),
+            ..ParameterChoices::default()
         };
         let all = asked.resolve(&preset).unwrap();
         // What the preset knows gives way to what is held.
@@ -205,6 +212,12 @@ mod tests {
         let moon = moon.resolve(&preset).unwrap();
         assert_eq!(moon.known, [known("gravity.g", 1.62, 0.01)]);
         assert_eq!(moon.free_ids(Vec::new()), ["gravity.g"]);
+        let more = ParameterChoices {
+            also_free: vec!["f1".to_owned()],
+            ..ParameterChoices::default()
+        };
+        let more = more.resolve(&preset).unwrap();
+        assert_eq!(more.free_ids(vec!["zeta1".to_owned()]), ["zeta1", "f1", "gravity.g"]);
         assert_eq!(
             moon.start(&preset.model).unwrap().get("gravity.g"),
             Some(1.62)

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::built_in;
-use crate::app::setup::current_setup::Setup;
+use crate::app::setup::current_setup::{DiagnosisChoices, Setup};
 use crate::app::setup::drive_text::{DriveEntry, OwnDriveEntry};
 use crate::app::setup::kept_curve::{KeptCurve, lasting, of_session};
 use crate::app::setup::overlay::{Estimates, Overlay, Role};
@@ -61,6 +61,9 @@ struct File {
     /// Curves kept to compare with.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     kept: Vec<KeptCurve>,
+    /// What a diagnosis is asked.
+    #[serde(default, skip_serializing_if = "DiagnosisChoices::is_usual")]
+    diagnosis: DiagnosisChoices,
 }
 
 /// A recording that a session refers to.
@@ -126,6 +129,7 @@ pub fn to_text(
             .chain(missing.iter().cloned())
             .collect(),
         kept: lasting(&setup.kept),
+        diagnosis: setup.diagnosis.clone(),
     };
     toml::to_string(&file).map_err(|error| error.to_string())
 }
@@ -263,6 +267,7 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
             locked: file.locked,
             overlays,
             kept,
+            diagnosis: file.diagnosis,
         },
         view: file.view,
         recordings,
@@ -298,6 +303,11 @@ fn check(file: &File) -> Result<(), String> {
     let positive = |value: f64| value > 0.0 && value.is_finite();
     if !positive(file.duration) {
         return Err(format!("the span of {} s is invalid", file.duration));
+    }
+    if let Some(longest) = file.diagnosis.longest.filter(|longest| !positive(*longest)) {
+        return Err(format!(
+            "the longest time of a diagnosis, {longest} s, is invalid"
+        ));
     }
     if !positive(file.view.slow_down) {
         return Err(format!("the slow-down {} is invalid", file.view.slow_down));
@@ -381,6 +391,8 @@ impl Loaded {
 #[cfg(test)]
 mod tests {
     use super::super::session_text::*;
+    use crate::app::setup::current_setup::ParameterChoice;
+    use crate::model::preset::known_value::KnownValue;
 
     #[test]
     fn paths_are_relative_to_the_folder_of_the_session() {
@@ -429,6 +441,35 @@ mod tests {
             said.contains("recording number 922337203685477580"),
             "{said}"
         );
+    }
+
+    #[test]
+    fn what_a_diagnosis_is_asked_comes_back() {
+        let mut setup = built_in::setup();
+        let text = |setup: &Setup| to_text(setup, &View::default(), &[], Path::new("/a")).unwrap();
+        assert!(!text(&setup).contains("diagnosis"));
+        setup.diagnosis.longest = Some(30.0);
+        setup.diagnosis.skipped.insert("gravity".to_owned());
+        let known = ParameterChoice::Known {
+            value: 1.7e-21,
+            std_error: 2e-22,
+        };
+        let all = &mut setup.diagnosis.parameters;
+        all.insert("Cs".to_owned(), known);
+        all.insert("f1".to_owned(), ParameterChoice::Held);
+        all.insert("quadratic_drag.cd".to_owned(), ParameterChoice::Free);
+        let own = KnownValue::new(&setup.preset.model, "zeta1", (0.026, 1e-3)).unwrap();
+        setup.preset.known.push(own);
+        let written = text(&setup);
+        let read = from_text(&written).unwrap().setup;
+        assert_eq!(read.diagnosis, setup.diagnosis);
+        assert_eq!(read.preset.known, setup.preset.known);
+        let bad = written.replacen("longest = 30.0", "longest = -30.0", 1);
+        assert_ne!(bad, written);
+        let Err(TextError::Damaged(said)) = from_text(&bad) else {
+            panic!("it was read");
+        };
+        assert!(said.contains("-30 s is invalid"), "{said}");
     }
 
     #[test]

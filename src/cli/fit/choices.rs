@@ -60,6 +60,7 @@ impl Choices {
         let known = self.known.iter().map(|text| known(model, text));
         Ok(ParameterChoices {
             free: free(&self.free)?,
+            also_free: Vec::new(),
             fixed: fixed.collect::<anyhow::Result<_>>()?,
             known: known.collect::<anyhow::Result<_>>()?,
         })
