@@ -64,6 +64,9 @@ pub enum FindingKind {
         /// Share that they carry of segments each by itself.
         of_segments: f64,
     },
+    /// The recordings need another value of a parameter than is known, by the statistic in common
+    /// standard errors.
+    KnownContradicted(Contradiction),
 }
 
 impl FindingKind {

@@ -217,7 +217,10 @@ mod tests {
             ..ParameterChoices::default()
         };
         let more = more.resolve(&preset).unwrap();
-        assert_eq!(more.free_ids(vec!["zeta1".to_owned()]), ["zeta1", "f1", "gravity.g"]);
+        assert_eq!(
+            more.free_ids(vec!["zeta1".to_owned()]),
+            ["zeta1", "f1", "gravity.g"]
+        );
         assert_eq!(
             moon.start(&preset.model).unwrap().get("gravity.g"),
             Some(1.62)

@@ -325,7 +325,10 @@ pub(crate) fn inputs(setup: &Setup, free: Vec<String>) -> (Vec<Part>, Vec<Part>,
     let (train, held_out) = Part::sides(train, held_out);
     let known = setup.preset.known.iter();
     let options = FitOptions {
-        known: known.filter(|known| free.contains(&known.id)).cloned().collect(),
+        known: known
+            .filter(|known| free.contains(&known.id))
+            .cloned()
+            .collect(),
         free,
         ..FitOptions::for_model(&setup.preset.model)
     };

@@ -126,7 +126,10 @@ fn known(model: &Model, text: &str) -> anyhow::Result<KnownValue> {
         Some((id.trim(), value, error))
     });
     let Some((id, value, error)) = parts else {
-        bail!("{}: write ID=VALUE+-ERROR, for example g=9.81+-0.05", option());
+        bail!(
+            "{}: write ID=VALUE+-ERROR, for example g=9.81+-0.05",
+            option()
+        );
     };
     let (id, spec) = device_parameter(model, id).with_context(option)?;
     let value = parse_quantity(value, spec.unit).with_context(option)?;
@@ -192,7 +195,10 @@ mod tests {
         let paper = Preset::default();
         let choices = Choices {
             fix: vec!["gp=72 um".to_owned(), "f1".to_owned()],
-            known: vec!["Cs=1.7e-21+-2e-22".to_owned(), "zeta1=0.026\u{b1}1e-3".to_owned()],
+            known: vec![
+                "Cs=1.7e-21+-2e-22".to_owned(),
+                "zeta1=0.026\u{b1}1e-3".to_owned(),
+            ],
             ..Choices::default()
         };
         let made = choices.of(&paper).ok().unwrap();
@@ -202,7 +208,10 @@ mod tests {
             .map(|one| (one.id.as_str(), one.value))
             .collect();
         assert_eq!(fixed, [("gp", Some(72e-6)), ("f1", None)]);
-        assert_eq!((made.known[0].value, made.known[0].std_error), (1.7e-21, 2e-22));
+        assert_eq!(
+            (made.known[0].value, made.known[0].std_error),
+            (1.7e-21, 2e-22)
+        );
         assert_eq!(made.known[1].std_error, 1e-3);
     }
 
@@ -229,7 +238,10 @@ mod tests {
             (fix("gp=50e-6"), ["--fix", "must exceed dp"]),
             (known("Cs=1e-21"), ["--known Cs=1e-21", "ID=VALUE+-ERROR"]),
             (known("Cs=1e-21+-0"), ["--known Cs=1e-21+-0", "above 0"]),
-            (known("gravity.g=9+-1"), ["--known gravity.g", "no such parameter"]),
+            (
+                known("gravity.g=9+-1"),
+                ["--known gravity.g", "no such parameter"],
+            ),
             (known("Cs=1e-21+-x"), ["--known Cs", "not a number"]),
         ] {
             let text = said(choices);
@@ -247,12 +259,18 @@ mod tests {
             budget: Some("1500ms".to_owned()),
             ..Choices::default()
         };
-        assert_eq!(choices.time().ok().unwrap(), Some(Duration::from_millis(1500)));
+        assert_eq!(
+            choices.time().ok().unwrap(),
+            Some(Duration::from_millis(1500))
+        );
         for (typed, part) in [("drag", "no effect drag"), (",", "names no effect")] {
             let ids: Vec<String> = typed.split(',').map(str::to_owned).collect();
             let failure = candidates(&ids).unwrap_err();
             assert!(failure.code == 2 && failure.error.to_string().contains(part));
         }
-        assert_eq!(candidates(&["gravity".to_owned()]).ok().unwrap(), ["gravity"]);
+        assert_eq!(
+            candidates(&["gravity".to_owned()]).ok().unwrap(),
+            ["gravity"]
+        );
     }
 }

@@ -3,13 +3,15 @@
 
 use std::time::Duration;
 
-use crate::diagnose::comparison::trial::SelectionResult;
 use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::diagnosis::Diagnosis;
-use crate::diagnose::findings::{CandidateRemark, Remark, RetunedParameter};
+use crate::diagnose::findings::{CandidateRemark, Finding, FindingKind, Remark, RetunedParameter};
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::shooting::workspace::Workspace;
-use crate::fit::uncertainty::contradiction::{contradictions, held_elsewhere};
+use crate::diagnose::verdict::decide::Decision;
+use crate::diagnose::verdict::known_values::contradicted;
+use crate::fit::Contradiction;
+use crate::fit::uncertainty::contradiction::held_elsewhere;
 
 /// What the re-tuning did with parameters that a person may think given, and what of them the
 /// recordings contradict with the effects named.
@@ -18,8 +20,9 @@ use crate::fit::uncertainty::contradiction::{contradictions, held_elsewhere};
 /// [`DiagnoseError`] if a model cannot be simulated.
 pub fn of_parameters(
     workspace: &Workspace,
-    found: &SelectionResult,
+    decision: &Decision,
 ) -> Result<Vec<Remark>, DiagnoseError> {
+    let found = &decision.found;
     let mut remarks = Vec::new();
     if workspace.free.is_empty() {
         remarks.push(Remark::NothingRetuned);
@@ -49,9 +52,15 @@ pub fn of_parameters(
     if !held.is_empty() && !workspace.free.is_empty() {
         remarks.push(Remark::HeldAsGiven(held.clone()));
     }
-    let chi2 = state.per_value();
-    let needs = contradictions(&state.problem, &state.point, ROBUST_LOSS, chi2)?;
+    let is_said = |needs: &Contradiction| {
+        let said =
+            |f: &Finding| matches!(&f.kind, FindingKind::KnownContradicted(own) if own == needs);
+        decision.findings.iter().any(said)
+    };
+    let mut needs = contradicted(state)?;
+    needs.retain(|needs| !is_said(needs));
     remarks.extend(needs.into_iter().map(Remark::KnownContradicted));
+    let chi2 = state.per_value();
     held.retain(|id| state.model.get(id).is_some());
     let elsewhere = held_elsewhere(&state.problem, &state.point, &held, (ROBUST_LOSS, chi2))?;
     remarks.extend(elsewhere.into_iter().map(Remark::HeldElsewhere));

@@ -67,6 +67,7 @@ pub fn finding(finding: &Finding) -> String {
             };
             format!("{} would explain {what}: too little for a name", listed(effects))
         }
+        FindingKind::KnownContradicted(found) => found.text(),
     }
 }
 

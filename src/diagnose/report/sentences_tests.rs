@@ -36,12 +36,33 @@ fn findings() -> Vec<Finding> {
         },
         share(0.3),
         share(0.9),
+        FindingKind::KnownContradicted(contradiction()),
     ];
     let of = |kind| Finding {
         kind,
         statistic: 0.52,
     };
     kinds.into_iter().map(of).collect()
+}
+
+fn contradiction() -> Contradiction {
+    Contradiction {
+        known: gravity(),
+        needed: 7.3,
+        std_error: 0.1,
+        unit: "m/s^2".to_owned(),
+    }
+}
+
+#[test]
+fn a_contradicted_value_is_said_with_both_errors() {
+    let said = remark(&Remark::KnownContradicted(contradiction()));
+    assert!(
+        said.starts_with(
+            "needs gravity.g = 7.3 m/s^2 +- 0.1 m/s^2, known 9.81 m/s^2 +- 0.05 m/s^2: "
+        ),
+        "{said}"
+    );
 }
 
 fn gravity() -> KnownValue {
@@ -96,12 +117,7 @@ fn all_remarks() -> Vec<Remark> {
             known: Some(gravity()),
         }]),
         Remark::HeldAsGiven(vec!["quadratic_drag.cd".to_owned()]),
-        Remark::KnownContradicted(Contradiction {
-            known: gravity(),
-            needed: 7.3,
-            std_error: 0.1,
-            unit: "m/s^2".to_owned(),
-        }),
+        Remark::KnownContradicted(contradiction()),
         Remark::HeldElsewhere(HeldParameter {
             id: "quadratic_drag.cd".to_owned(),
             value: 1e-7,

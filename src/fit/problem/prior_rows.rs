@@ -77,13 +77,17 @@ impl Problem {
         let of_nuisances: f64 = own
             .map(|(n, x)| huber.cost((x * n.unit - n.mean) / n.sigma))
             .sum();
+        of_nuisances + self.known_cost(x)
+    }
+
+    /// Cost of what is known of the parameters at unknowns `x`.
+    pub fn known_cost(&self, x: &[f64]) -> f64 {
         if self.known.is_empty() {
-            return of_nuisances;
+            return 0.0;
         }
         let model = self.space.model(x);
         let pull = |known: &KnownValue| pull(model.get(&known.id), known);
-        let of_known: f64 = self.known.iter().map(|known| pull(known).powi(2)).sum();
-        of_nuisances + of_known
+        self.known.iter().map(|known| pull(known).powi(2)).sum()
     }
 }
 

@@ -174,14 +174,7 @@ pub(crate) fn uncertainty(
         })
         .collect();
     let relative = DMatrix::from_fn(n, n, |i, j| of_values[(i, j)] / (units[i] * units[j]));
-    let eigen = SymmetricEigen::new(relative);
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-    let fisher_values = order
-        .iter()
-        .map(|&i| 1.0 / eigen.eigenvalues[i].max(1e-300))
-        .collect();
-    let fisher_vectors = DMatrix::from_fn(n, n, |i, j| eigen.eigenvectors[(i, order[j])]);
+    let (fisher_values, fisher_vectors) = fisher(relative);
     // Whether a parameter has any effect, if the others stay where they are.
     let range = |i: usize| space.entries[i].high - space.entries[i].low;
     let bears: Vec<bool> = (0..n)
@@ -199,6 +192,24 @@ pub(crate) fn uncertainty(
         held_out: None,
         cancelled: false,
     })
+}
+
+/// Eigenvalues of the inverse of a covariance, largest first, and its eigenvectors, one a column. Both
+/// are empty without parameters.
+fn fisher(covariance: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
+    let n = covariance.nrows();
+    if n == 0 {
+        return (Vec::new(), covariance);
+    }
+    let eigen = SymmetricEigen::new(covariance);
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    let values = order
+        .iter()
+        .map(|&i| 1.0 / eigen.eigenvalues[i].max(1e-300))
+        .collect();
+    let vectors = DMatrix::from_fn(n, n, |i, j| eigen.eigenvectors[(i, order[j])]);
+    (values, vectors)
 }
 
 fn remarks(

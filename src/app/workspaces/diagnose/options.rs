@@ -21,10 +21,16 @@ const FIELD_WIDTH: f32 = 84.0;
 
 /// What can be chosen of a parameter, with help.
 const CHOICES: [(&str, &str); 4] = [
-    ("usual", "Parameters of the device are re-tuned, those of its effects held, known ones fitted against what the preset knows"),
+    (
+        "usual",
+        "Parameters of the device are re-tuned, those of its effects held, known ones fitted against what the preset knows",
+    ),
     ("free", "Re-tune it"),
     ("held", "Hold it at the value of the Tune workspace"),
-    ("known", "Re-tune it against a known value with its standard error; the answer says so if the recordings contradict it"),
+    (
+        "known",
+        "Re-tune it against a known value with its standard error; the answer says so if the recordings contradict it",
+    ),
 ];
 
 /// Draws the options.
@@ -221,22 +227,23 @@ fn known(ui: &mut Ui, setup: &mut Setup, (id, unit): (&str, &str)) {
     let no_error = |v: f64| (v <= 0.0).then(|| "the error must be above 0".to_owned());
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
-        let field = |ui: &mut Ui, what: &str, value: &mut f64, check: &dyn Fn(f64) -> Option<String>| {
-            let label = format!("{id}: {what}");
-            let field = QuantityField {
-                id: Id::unique(("known", id, what)),
-                label: &label,
-                value: *value,
-                unit,
-                width: FIELD_WIDTH,
-                enabled: ui.is_enabled(),
+        let field =
+            |ui: &mut Ui, what: &str, value: &mut f64, check: &dyn Fn(f64) -> Option<String>| {
+                let label = format!("{id}: {what}");
+                let field = QuantityField {
+                    id: Id::unique(("known", id, what)),
+                    label: &label,
+                    value: *value,
+                    unit,
+                    width: FIELD_WIDTH,
+                    enabled: ui.is_enabled(),
+                };
+                let output = field.show(ui, check);
+                if let Some(error) = output.error {
+                    output.response.on_hover_text(error);
+                }
+                *value = output.value.unwrap_or(*value);
             };
-            let output = field.show(ui, check);
-            if let Some(error) = output.error {
-                output.response.on_hover_text(error);
-            }
-            *value = output.value.unwrap_or(*value);
-        };
         field(ui, "known value", value, &refused);
         ui.label(small("+-"));
         field(ui, "standard error", std_error, &no_error);

@@ -45,7 +45,12 @@ fn recordings_named_held_out_are_held_out_by_default() {
 fn options_are_chosen_by_name_and_reach_the_diagnosis() {
     let mut state = with(&["a.csv", "b.csv"]);
     let gravity = find("gravity").unwrap();
-    state.setup.preset.model.effects.push(ActiveEffect::new(gravity));
+    state
+        .setup
+        .preset
+        .model
+        .effects
+        .push(ActiveEffect::new(gravity));
     let mut harness = harness(state);
     let usual = options(&harness.state().setup, None).unwrap();
     assert!(usual.candidates.is_empty() && usual.budget.is_none());
@@ -107,7 +112,10 @@ fn what_the_preset_knows_and_what_is_locked_reach_the_diagnosis() {
     let all = &mut state.setup.diagnosis.parameters;
     all.insert("gravity.g".to_owned(), bad);
     let said = options(&state.setup, None).unwrap_err();
-    assert!(said.contains("gravity.g") && said.contains("above 0"), "{said}");
+    assert!(
+        said.contains("gravity.g") && said.contains("above 0"),
+        "{said}"
+    );
 }
 
 #[test]
