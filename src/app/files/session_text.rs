@@ -391,8 +391,6 @@ impl Loaded {
 #[cfg(test)]
 mod tests {
     use super::super::session_text::*;
-    use crate::app::setup::current_setup::ParameterChoice;
-    use crate::model::preset::known_value::KnownValue;
 
     #[test]
     fn paths_are_relative_to_the_folder_of_the_session() {
@@ -441,35 +439,6 @@ mod tests {
             said.contains("recording number 922337203685477580"),
             "{said}"
         );
-    }
-
-    #[test]
-    fn what_a_diagnosis_is_asked_comes_back() {
-        let mut setup = built_in::setup();
-        let text = |setup: &Setup| to_text(setup, &View::default(), &[], Path::new("/a")).unwrap();
-        assert!(!text(&setup).contains("diagnosis"));
-        setup.diagnosis.longest = Some(30.0);
-        setup.diagnosis.skipped.insert("gravity".to_owned());
-        let known = ParameterChoice::Known {
-            value: 1.7e-21,
-            std_error: 2e-22,
-        };
-        let all = &mut setup.diagnosis.parameters;
-        all.insert("Cs".to_owned(), known);
-        all.insert("f1".to_owned(), ParameterChoice::Held);
-        all.insert("quadratic_drag.cd".to_owned(), ParameterChoice::Free);
-        let own = KnownValue::new(&setup.preset.model, "zeta1", (0.026, 1e-3)).unwrap();
-        setup.preset.known.push(own);
-        let written = text(&setup);
-        let read = from_text(&written).unwrap().setup;
-        assert_eq!(read.diagnosis, setup.diagnosis);
-        assert_eq!(read.preset.known, setup.preset.known);
-        let bad = written.replacen("longest = 30.0", "longest = -30.0", 1);
-        assert_ne!(bad, written);
-        let Err(TextError::Damaged(said)) = from_text(&bad) else {
-            panic!("it was read");
-        };
-        assert!(said.contains("-30 s is invalid"), "{said}");
     }
 
     #[test]

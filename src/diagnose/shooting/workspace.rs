@@ -122,12 +122,11 @@ impl Workspace {
         let mut held_out = if held_out.is_empty() {
             None
         } else {
-            Some(side(held_out, &assumptions.hovering.1)?)
+            Some(with_frozen_parameters(side(
+                held_out,
+                &assumptions.hovering.1,
+            )?))
         };
-        // Parameters are frozen there: what is known of them was counted where they were fitted.
-        if let Some(side) = &mut held_out {
-            side.event_free.prepared.problem.known.clear();
-        }
         let picks: [fn(&mut Sigmas) -> &mut f64; 2] = [|s| &mut s.xp, |s| &mut s.xc];
         let mut information = 0.0;
         for pick in picks {
@@ -304,6 +303,12 @@ impl Workspace {
         )?;
         Ok(Fitted::at(problem, point)?)
     }
+}
+
+/// A side on which parameters are frozen: what is known of them counts where they are fitted.
+fn with_frozen_parameters(mut side: Split) -> Split {
+    side.event_free.prepared.problem.known.clear();
+    side
 }
 
 pub(crate) fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {

@@ -20,7 +20,7 @@ const USUAL_ERROR_SHARE: f64 = 0.01;
 const FIELD_WIDTH: f32 = 84.0;
 
 /// What can be chosen of a parameter, with help.
-const CHOICES: [(&str, &str); 4] = [
+const CHOICE_BUTTONS: [(&str, &str); 4] = [
     (
         "usual",
         "Parameters of the device are re-tuned, those of its effects held, known ones fitted against what the preset knows",
@@ -169,7 +169,7 @@ fn parameter(ui: &mut Ui, setup: &mut Setup, id: &str) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         ui.spacing_mut().button_padding.x = 5.0;
-        for (k, (text, help)) in CHOICES.iter().enumerate() {
+        for (k, (text, help)) in CHOICE_BUTTONS.iter().enumerate() {
             let response = ui.selectable_value(&mut now, k, small(*text));
             let label = format!("{id}: {text}");
             let (enabled, on) = (ui.is_enabled(), now == k);
@@ -206,7 +206,7 @@ fn parameter(ui: &mut Ui, setup: &mut Setup, id: &str) {
     known(ui, setup, (id, unit));
 }
 
-/// Position among [`CHOICES`].
+/// Position among [`CHOICE_BUTTONS`].
 fn number_of(choice: Option<&ParameterChoice>) -> usize {
     match choice {
         None => 0,
