@@ -4,9 +4,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::FitError;
-use crate::model::Model;
 use crate::model::preset::Preset;
 use crate::model::preset::known_value::{KnownValue, device_parameter};
+use crate::model::{Model, ModelError};
 
 /// A parameter that is held.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -69,7 +69,8 @@ impl ParameterChoices {
     /// # Errors
     /// Those of [`Self::resolve`].
     pub fn of(&self, model: &Model) -> Result<Self, FitError> {
-        let canonical = |id: &str| Ok::<_, FitError>(device_parameter(model, id)?.0);
+        let find = |id: &str| device_parameter(model, id).map_err(refused);
+        let canonical = |id: &str| Ok::<_, FitError>(find(id)?.0);
         let free = self.free.as_ref().map(|ids| {
             let each = ids.iter().map(|id| canonical(id));
             each.collect::<Result<Vec<_>, _>>()
@@ -79,7 +80,7 @@ impl ParameterChoices {
         let also_free = more.collect::<Result<Vec<_>, _>>()?;
         let mut fixed = Vec::new();
         for one in &self.fixed {
-            let (id, spec) = device_parameter(model, &one.id)?;
+            let (id, spec) = find(&one.id)?;
             if let Some(reason) = one.value.and_then(|value| spec.refusal(value)) {
                 return Err(FitError::Choice { id, reason });
             }
@@ -88,7 +89,7 @@ impl ParameterChoices {
         }
         let known = self.known.iter().map(|known| {
             let value = (known.value, known.std_error);
-            Ok::<_, FitError>(KnownValue::new(model, &known.id, value)?)
+            KnownValue::new(model, &known.id, value).map_err(refused)
         });
         let all = Self {
             free,
@@ -169,6 +170,14 @@ impl ParameterChoices {
         }
         ids.retain(|id| !self.is_fixed(id));
         ids
+    }
+}
+
+/// A choice that the model refuses.
+fn refused(error: ModelError) -> FitError {
+    FitError::Choice {
+        id: error.parameter,
+        reason: error.reason,
     }
 }
 

@@ -164,7 +164,10 @@ mod tests {
         history.observe(&setup, false, 2.0);
         history.observe(&setup, false, 3.0);
         assert!(history.undo(&mut setup));
-        assert_eq!((setup.preset.known.len(), setup.diagnosis.longest), (1, None));
+        assert_eq!(
+            (setup.preset.known.len(), setup.diagnosis.longest),
+            (1, None)
+        );
         assert!(history.undo(&mut setup));
         assert_eq!(setup, before);
     }
