@@ -57,7 +57,9 @@ impl ParameterChoices {
             let is_listed = |ids: &Vec<String>| ids.contains(&known.id);
             let may_move = all.free.as_ref().is_none_or(is_listed);
             let is_known = all.known.iter().any(|own| own.id == known.id);
-            if may_move && !is_known && !all.is_fixed(&known.id) {
+            // An effect of the preset may be off.
+            let is_there = device_parameter(&preset.model, &known.id).is_ok();
+            if may_move && is_there && !is_known && !all.is_fixed(&known.id) {
                 all.known.push(known.clone());
             }
         }
@@ -234,6 +236,17 @@ mod tests {
             moon.start(&preset.model).unwrap().get("gravity.g"),
             Some(1.62)
         );
+    }
+
+    #[test]
+    fn what_is_known_of_an_effect_that_is_off_does_not_count() {
+        let mut preset = Preset::embedded("faller").unwrap();
+        preset.model.effects.clear();
+        let all = ParameterChoices::default().resolve(&preset).unwrap();
+        assert!(all.known.is_empty());
+        // The text of such a preset can still be read.
+        let again = Preset::parse("again", &preset.to_toml()).unwrap();
+        assert!(again.known.is_empty() && again.model == preset.model);
     }
 
     #[test]

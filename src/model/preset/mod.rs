@@ -16,7 +16,7 @@ pub use self::error::PresetError;
 
 use self::error::Source;
 use self::file::{Device, FORMAT, File, ModeEntry, Start};
-use self::known_value::KnownValue;
+use self::known_value::{KnownValue, device_parameter};
 use self::read::{read_effects, read_known, read_modes, read_parameters, read_ranges};
 use self::toml_fault::{TomlFault, short_key};
 use super::Model;
@@ -215,9 +215,11 @@ impl Preset {
                 .iter()
                 .map(|(id, range)| (id.spec().id.to_owned(), *range))
                 .collect(),
+            // Of an effect that is off now nothing is known: the text could not be read again.
             known: self
                 .known
                 .iter()
+                .filter(|known| device_parameter(model, &known.id).is_ok())
                 .map(|known| (known.id.clone(), (known.value, known.std_error)))
                 .collect(),
             effects: model
