@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::watch::watched;
 use super::{Failure, interrupt, output};
-use crate::diagnose::report;
+use crate::diagnose::{DiagnoseOptions, report};
 use crate::fit::Part;
 use crate::model::preset::Preset;
 use crate::trial::demo;
@@ -48,7 +48,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let model = Preset::default().model;
     let [train, held_out] = [recordings.train, recordings.held_out]
         .map(|side| side.into_iter().map(Part::whole).collect::<Vec<_>>());
-    let answer = watched(&model, &train, &held_out)?;
+    let answer = watched(&model, (&train, &held_out), &DiagnoseOptions::default())?;
     results.add(&page, report::html(&answer));
     results.add_json(&json, &report::json(&answer));
     results.say(&report::text(&answer));

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::fit::choices::{Choices, candidates};
 use super::watch::watched;
 use super::{Failure, interrupt, output, read};
-use crate::diagnose::report;
+use crate::diagnose::{DiagnoseOptions, report};
 use crate::model::preset::Preset;
 
 /// Arguments of the command.
@@ -21,6 +22,11 @@ pub struct Arguments {
     /// Held-out recording, used to check the answer; repeatable
     #[arg(long, value_name = "FILE")]
     held_out: Vec<PathBuf>,
+    #[command(flatten)]
+    choices: Choices,
+    /// Effects that are compared, e.g. quadratic_drag,dry_friction; by default all of the catalogue
+    #[arg(long, value_delimiter = ',', value_name = "ID,...")]
+    candidates: Vec<String>,
     /// File for the answer as JSON; - for standard output, then without the summary
     #[arg(long, value_name = "F")]
     json: Option<PathBuf>,
@@ -35,6 +41,12 @@ pub struct Arguments {
 /// [`Failure`] with the exit code.
 pub fn run(args: &Arguments) -> Result<(), Failure> {
     let preset = Preset::load(&args.preset)?;
+    let options = DiagnoseOptions {
+        candidates: candidates(&args.candidates)?,
+        choices: args.choices.of(&preset)?,
+        budget: args.choices.time()?,
+        ..DiagnoseOptions::default()
+    };
     let outputs = [
         ("--json", args.json.as_deref()),
         ("--report", args.report.as_deref()),
@@ -43,7 +55,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let mut results = output::ready(&outputs, &inputs)?;
     let split = args.held_out.is_empty();
     let (train, held_out) = read::both_sides(&args.recordings, &args.held_out)?;
-    let mut answer = watched(&preset.model, &train, &held_out)?;
+    let mut answer = watched(&preset.model, (&train, &held_out), &options)?;
     if split {
         answer
             .remarks
@@ -57,7 +69,8 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     }
     results.say(&report::text(&answer));
     results.end()?;
-    if answer.cancelled {
+    // An answer that came in its time is one, whatever was not asked.
+    if answer.cancelled && interrupt::stopped() {
         return Err(interrupt::cancelled());
     }
     Ok(())
@@ -84,5 +97,10 @@ mod tests {
         assert_eq!(args.preset, "paper");
         assert_eq!(args.report.as_deref(), Some(Path::new("r.html")));
         assert!(Only::try_parse_from(["diagnose"]).is_err());
+        let line = "diagnose a.csv --fix f1 --known g=9.81+-0.05 --candidates gravity,dry_friction --budget 5";
+        let args = Only::try_parse_from(line.split(' ')).unwrap().arguments;
+        assert_eq!(args.candidates, ["gravity", "dry_friction"]);
+        assert_eq!(args.choices.known, ["g=9.81+-0.05"]);
+        assert_eq!(args.choices.budget.as_deref(), Some("5"));
     }
 }

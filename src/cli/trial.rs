@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::output::Results;
 use super::watch::watched;
 use super::{Failure, interrupt, output, terminal, wrong_command};
-use crate::diagnose::report;
+use crate::diagnose::{DiagnoseOptions, report};
 use crate::fit::Part;
 use crate::model::Model;
 use crate::model::preset::Preset;
@@ -222,11 +222,8 @@ fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result
         list.iter().map(|r| Part::whole(Arc::clone(r))).collect()
     };
     let started = Instant::now();
-    let answer = watched(
-        model,
-        &whole(&recordings.train),
-        &whole(&recordings.held_out),
-    )?;
+    let (train, held_out) = (whole(&recordings.train), whole(&recordings.held_out));
+    let answer = watched(model, (&train, &held_out), &DiagnoseOptions::default())?;
     if answer.cancelled {
         bail!("cancelled");
     }

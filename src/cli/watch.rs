@@ -16,8 +16,8 @@ use crate::model::Model;
 /// Those of the diagnosis.
 pub fn watched(
     model: &Model,
-    train: &[Part],
-    held_out: &[Part],
+    (train, held_out): (&[Part], &[Part]),
+    options: &DiagnoseOptions,
 ) -> Result<Diagnosis, DiagnoseError> {
     let last = Mutex::new("");
     let progress = |p: &DiagnoseProgress| {
@@ -30,13 +30,7 @@ pub fn watched(
         cancel: interrupt::flag(),
         progress: &progress,
     };
-    let answer = diagnose(
-        model,
-        train,
-        held_out,
-        &DiagnoseOptions::default(),
-        &control,
-    );
+    let answer = diagnose(model, train, held_out, options, &control);
     terminal::end_of_progress();
     answer
 }

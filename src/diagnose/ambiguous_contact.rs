@@ -4,6 +4,9 @@
 //! the recordings and the mass may rest above the ground in some of them, these are read the other
 //! way, unless the other recordings are far off by themselves.
 
+use std::sync::atomic::AtomicBool;
+
+use super::answer::conditions;
 use super::data::reading_assumptions::ContactAmbiguity;
 use super::diagnosis::{Diagnosis, Verdict};
 use super::findings::Remark;
@@ -11,9 +14,14 @@ use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use super::pipeline::diagnose_as_read;
 use super::thresholds::{CONTACT_DOUBT_MAX_CHI2, REREAD_MAX_MORE_ASIDE};
 use crate::fit::Part;
+use crate::fit::solve::budget::{Ending, within_budget};
 use crate::model::Model;
 use crate::model::effects::{CATALOGUE, find};
 use crate::sim::SimError;
+
+/// Share of the time that is allowed after which the search ends: with what was found the missing
+/// force and the proof are still to be computed.
+const SEARCH_TIME_SHARE: f64 = 0.8;
 
 /// Diagnoses `train`, judged on `held_out`, against `model`, which is re-tuned first. If nothing
 /// explains them and contact is uncertain in some, everything is done once more with the other
@@ -44,7 +52,36 @@ pub fn diagnose(
     model
         .check()
         .map_err(|e| DiagnoseError::Sim(SimError::from(e)))?;
-    let sides = (train, held_out);
+    let options = DiagnoseOptions {
+        choices: options.choices.of(model)?,
+        ..options.clone()
+    };
+    let model = options.choices.start(model)?;
+    let work = |stop: &AtomicBool| {
+        let watched = DiagnoseControl {
+            cancel: stop,
+            progress: control.progress,
+        };
+        read_both_ways(&model, (train, held_out), &options, &watched)
+    };
+    let time = options.budget.map(|all| all.mul_f64(SEARCH_TIME_SHARE));
+    let (answer, ending) = within_budget(time, control.cancel, work);
+    let mut answer = answer?;
+    let used_up = options.budget.filter(|_| ending == Ending::OutOfTime);
+    conditions::mark_unfinished(&mut answer, used_up);
+    Ok(answer)
+}
+
+/// [`diagnose`] without a limit on its time.
+///
+/// # Errors
+/// Those of [`diagnose`].
+fn read_both_ways(
+    model: &Model,
+    sides: (&[Part], &[Part]),
+    options: &DiagnoseOptions,
+    control: &DiagnoseControl<'_>,
+) -> Result<Diagnosis, DiagnoseError> {
     let (mut first, first_reading) = diagnose_as_read(
         model,
         sides,

@@ -5,6 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::fit::{Contradiction, HeldParameter};
+use crate::model::preset::known_value::KnownValue;
 use crate::static_text::{self, StaticText};
 
 /// What a check found beyond its threshold.
@@ -62,6 +64,9 @@ pub enum FindingKind {
         /// Share that they carry of segments each by itself.
         of_segments: f64,
     },
+    /// The recordings need another value of a parameter than is known, by the statistic in common
+    /// standard errors.
+    KnownContradicted(Contradiction),
 }
 
 impl FindingKind {
@@ -133,6 +138,38 @@ pub enum Remark {
     },
     /// Whether the mass touches the ground was decided by what explains everything.
     ContactAmbiguous,
+    /// No parameter was free: the model was diagnosed as it was given.
+    NothingRetuned,
+    /// Parameters of effects that the model has already, or known ones, were re-tuned.
+    Retuned(Vec<RetunedParameter>),
+    /// Parameters of effects that the model has already were held; their ids.
+    HeldAsGiven(Vec<String>),
+    /// The recordings contradict what is known of a parameter.
+    KnownContradicted(Contradiction),
+    /// The recordings need another value of a parameter that was held.
+    HeldElsewhere(HeldParameter),
+    /// The time was used up before the end.
+    OutOfTime {
+        /// The time \[s\].
+        seconds: f64,
+        /// Names of the effects that were not compared.
+        not_compared: Vec<String>,
+    },
+}
+
+/// A parameter before and after the re-tuning.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RetunedParameter {
+    /// Its id.
+    pub id: String,
+    /// Before \[SI\].
+    pub from: f64,
+    /// After \[SI\].
+    pub to: f64,
+    /// SI unit.
+    pub unit: String,
+    /// What was known of it.
+    pub known: Option<KnownValue>,
 }
 
 /// Which recordings prove a contact law.
@@ -292,4 +329,8 @@ pub enum CandidateRemark {
     NothingToActOn,
     /// The recordings do not test it.
     NotTested,
+    /// The model has it already.
+    InModel,
+    /// The diagnosis ended before it was compared.
+    NotReached,
 }

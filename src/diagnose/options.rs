@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use thiserror::Error;
 
-use crate::fit::{Control, FitError};
+use crate::fit::{Control, FitError, ParameterChoices};
 use crate::sim::SimError;
 
 /// What a diagnosis is asked to do.
@@ -20,6 +20,11 @@ pub struct DiagnoseOptions {
     pub most: usize,
     /// Tolerance of the simulation \[m\].
     pub tolerance: f64,
+    /// Parameters that the re-tuning may move, holds, or moves against what is known of them. With none
+    /// free the model is diagnosed as it is.
+    pub choices: ParameterChoices,
+    /// Time after which the diagnosis ends with the best answer so far; `None` for no limit.
+    pub budget: Option<Duration>,
 }
 
 impl Default for DiagnoseOptions {
@@ -29,6 +34,8 @@ impl Default for DiagnoseOptions {
             by_hand: None,
             most: 3,
             tolerance: 1e-11,
+            choices: ParameterChoices::default(),
+            budget: None,
         }
     }
 }

@@ -11,6 +11,7 @@
 //! 9. Assemble the answer.
 
 use super::answer::assemble::{Parts, assemble};
+use super::answer::conditions;
 use super::answer::proof::Proof;
 use super::baseline::retune::RetunedBaseline;
 use super::comparison::trial::{ModelState, SelectionResult};
@@ -122,9 +123,11 @@ pub fn diagnose_as_read(
     remarks.extend(baseline.remarks);
     remarks.extend(decision.refusal().cloned().map(Remark::NamesRefused));
     remarks.extend(proof.misread());
+    remarks.extend(conditions::of_parameters(&workspace, &decision)?);
     let set_aside = set_aside(&decision.found.state);
     let parts = Parts {
         decision: &decision,
+        choices: &workspace.choices,
         events: &events.ground,
         law_tests: &contact_laws.tests,
         missing_curves: missing_forces.before.curves,

@@ -12,6 +12,8 @@ use crate::sim::SimError;
 pub enum FitError {
     #[error("all parameters are locked; free at least one, for example eta or dp")]
     NothingFree,
+    #[error("{id}: {reason}")]
+    Choice { id: String, reason: String },
     #[error("there is no parameter {id} to fit; there are {known}")]
     UnknownParameter { id: String, known: String },
     #[error("{id} was not fitted, so it has no profile; the fitted parameters are {fitted}")]

@@ -15,6 +15,7 @@
 //! parameters. [`contact_readings`] and [`paper_steps`] are the paper's identification step by
 //! step, [`table_a1`] its table. The numbers that decide are in [`thresholds`].
 
+pub mod choices;
 pub mod contact_readings;
 pub mod contact_sample;
 pub mod error;
@@ -36,10 +37,12 @@ mod tests;
 pub mod thresholds;
 pub mod uncertainty;
 
+pub use self::choices::{FixedParameter, ParameterChoices};
 pub use self::error::FitError;
 pub use self::options::Part;
 pub use self::options::{FitOptions, FreeNuisances, default_free, whole_device};
 pub use self::pipeline::{evaluate, fit};
 pub use self::solve::levenberg_marquardt::{Control, Progress};
+pub use self::uncertainty::contradiction::{Contradiction, HeldParameter};
 pub use self::uncertainty::fit_result::{FitResult, FittedParameter, Misfit};
 pub use self::uncertainty::profile_likelihood::{ProfilePoint, profile_of};

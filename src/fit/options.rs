@@ -3,10 +3,12 @@
 
 use std::ops::Range;
 use std::sync::Arc;
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
+use crate::model::preset::known_value::KnownValue;
 use crate::recording::Recording;
 
 /// Unknowns of the instrument, estimated for each recording with every fit (nuisance parameters).
@@ -68,6 +70,9 @@ impl FreeNuisances {
 pub struct FitOptions {
     /// Ids of the parameters to move; `effect.parameter` for an effect's.
     pub free: Vec<String>,
+    /// What is known of free parameters beforehand.
+    #[serde(default)]
+    pub known: Vec<KnownValue>,
     /// Unknowns of the instrument.
     pub nuisances: FreeNuisances,
     /// Longest segment \[s\]; `None` for some periods of the slowest mode.
@@ -80,6 +85,9 @@ pub struct FitOptions {
     pub starts: usize,
     /// Seed of the random starts.
     pub seed: u64,
+    /// Time after which the fit ends with the best so far; `None` for no limit.
+    #[serde(default)]
+    pub budget: Option<Duration>,
 }
 
 impl FitOptions {
@@ -87,12 +95,14 @@ impl FitOptions {
     pub fn for_model(model: &Model) -> Self {
         Self {
             free: default_free(model),
+            known: Vec::new(),
             nuisances: FreeNuisances::default(),
             longest: None,
             tolerance: 1e-12,
             iterations: 40,
             starts: 0,
             seed: 0,
+            budget: None,
         }
     }
 }

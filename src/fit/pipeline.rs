@@ -1,21 +1,26 @@
 //! A fit from beginning to end: inspect, check, search, estimate the uncertainty, evaluate on
 //! held-out recordings.
 
+use std::sync::atomic::AtomicBool;
+
 use super::error::FitError;
 use super::inspect::preconditions::{check, check_fit};
 use super::inspect::recording_summary::summarize;
 use super::options::{FitOptions, Part};
 use super::problem::parameter_space::Space;
 use super::problem::prepare::{Prepared, prepare};
+use super::solve::budget::{Ending, within_budget};
 use super::solve::estimate_states::estimate_states;
 use super::solve::levenberg_marquardt::{Clock, Control, Plan, improve};
 use super::solve::multistart::{joint_plan, revise_events, search};
 use super::solve::normal_equations::normal_equations;
 use super::solve::point::{Point, settle, threshold};
+use super::uncertainty::contradiction::{Contradiction, contradictions};
 use super::uncertainty::device_consistency::disagreements;
 use super::uncertainty::fit_result::{FitResult, Misfit, misfit_remarks, misfits, uncertainty};
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
+use crate::model::unit::format_quantity;
 use crate::sim::SimError;
 
 /// Iterations that states and nuisances usually take, for the estimate of the time left.
@@ -72,7 +77,7 @@ pub fn fit(
     Ok(fitted(model, train, held_out, options, control)?.result)
 }
 
-/// [`fit`] with the point that it ended at.
+/// [`fit`] with the point that it ended at, within the time that the options allow.
 ///
 /// # Errors
 /// Those of [`fit`].
@@ -83,6 +88,40 @@ pub(super) fn fitted(
     options: &FitOptions,
     control: &Control<'_>,
 ) -> Result<Fitted, FitError> {
+    let work = |stop: &AtomicBool| {
+        let watched = Control {
+            cancel: stop,
+            progress: control.progress,
+        };
+        fitted_until_stopped(model, (train, held_out), options, &watched)
+    };
+    let (found, ending) = within_budget(options.budget, control.cancel, work);
+    let mut found = found?;
+    if let (Ending::OutOfTime, Some(budget)) = (ending, options.budget)
+        && found.result.cancelled
+    {
+        let seconds = format_quantity(budget.as_secs_f64(), "s", 3);
+        found.result.remarks.insert(
+            0,
+            format!("its time of {seconds} was used up before the fit had ended: give it more time for the best values"),
+        );
+    }
+    Ok(found)
+}
+
+/// [`fitted`] without a limit on its time.
+///
+/// # Errors
+/// Those of [`fit`].
+fn fitted_until_stopped(
+    model: &Model,
+    (train, held_out): (&[Part], &[Part]),
+    options: &FitOptions,
+    control: &Control<'_>,
+) -> Result<Fitted, FitError> {
+    if options.free.is_empty() {
+        return Err(FitError::NothingFree);
+    }
     let mut sound = model.clone();
     let p = &mut sound.parameters;
     // The film's thickness is searched from its own starts, so a bad one does not matter.
@@ -121,7 +160,7 @@ pub(super) fn fitted(
             "; it was not evaluated on the held-out recordings"
         };
         result.remarks.push(format!(
-            "the fit was cancelled: this is the best so far{unevaluated}"
+            "the fit ended before it was done: this is the best so far{unevaluated}"
         ));
     } else {
         let all = train.len() + held_out.len();
@@ -180,7 +219,12 @@ fn result_at(
     control: &Control<'_>,
 ) -> Result<FitResult, FitError> {
     let train = misfits(prepared, point)?;
-    let mut result = uncertainty(start, prepared, point, train.0.chi2)?;
+    let chi2 = train.0.chi2;
+    let mut result = uncertainty(start, prepared, point, chi2)?;
+    let problem = &prepared.problem;
+    let huber = threshold(problem, point)?;
+    let needs = contradictions(problem, point, huber, chi2)?;
+    result.remarks.extend(needs.iter().map(Contradiction::text));
     result.remarks.extend(misfit_remarks(&train.1));
     result.train = train;
     result.cancelled = control.cancelled();

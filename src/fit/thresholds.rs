@@ -7,6 +7,13 @@
 //! are used: they change how long a fit takes, not what it says.
 
 // What a recording must show to be fitted.
+// Known values of parameters.
+// Check with `cargo test --lib fit::uncertainty::contradiction`.
+/// Distance between a known value and the one that the recordings need, from which they contradict
+/// each other \[standard errors of both together\]. Judgement: by chance once in 16,000, and errors are
+/// often stated too small by a factor of up to 2.
+pub const KNOWN_MAX_Z: f64 = 4.0;
+
 // Check with `cargo test --lib fit::inspect::preconditions`.
 /// Fewest samples of a recording \[samples\]. With fewer, two unknowns a mode, the nuisances and a
 /// parameter are hardly overdetermined.

@@ -98,6 +98,42 @@ fn wrong_commands_exit_with_2_and_failed_work_with_1() {
             2,
             "there are dp, eta",
         ),
+        (&["diagnose", RECORDING, "--fix", "gpp=1"], 2, "--fix gpp=1"),
+        (
+            &["diagnose", RECORDING, "--known", "Cs=2e-21"],
+            2,
+            "write ID=VALUE+-ERROR",
+        ),
+        (
+            &["diagnose", RECORDING, "--free", "Css"],
+            2,
+            "there is no such parameter; there are Cs, gp",
+        ),
+        (
+            &["diagnose", RECORDING, "--fix", "Cs", "--free", "Cs"],
+            2,
+            "both held and free",
+        ),
+        (
+            &["diagnose", RECORDING, "--candidates", "drag"],
+            2,
+            "there is no effect drag; there are",
+        ),
+        (
+            &["diagnose", RECORDING, "--budget", "0"],
+            2,
+            "--budget 0: the time must be above 0 s",
+        ),
+        (
+            &["fit", RECORDING, "--candidates", "gravity"],
+            2,
+            "a fit compares no effects",
+        ),
+        (
+            &["fit", RECORDING, "--free", "none"],
+            2,
+            "all parameters are locked",
+        ),
         (
             &["fit", RECORDING, "--held-out", RECORDING],
             2,
@@ -288,7 +324,7 @@ fn interrupted_work_keeps_the_best_so_far() {
     );
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(
-        text.starts_with("Cancelled: this is the best so far."),
+        text.starts_with("Ended early: this is the best so far."),
         "{text}"
     );
     assert!(

@@ -1,5 +1,6 @@
 //! The diagnosis: what was concealed in made-up recordings is found, or said to be unknown.
 
+mod choices;
 mod diagnose;
 #[path = "../../examples/diagnose.rs"]
 mod example;

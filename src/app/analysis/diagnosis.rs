@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use std::time::Duration;
 
 use eframe::egui::Context;
 
@@ -10,13 +11,15 @@ use super::diagnosis_answer::{Answer, Asked};
 use super::diagnosis_view::Look;
 use super::job::Job;
 use super::sealed_trial::Trial;
-use crate::app::setup::current_setup::Setup;
+use crate::app::setup::current_setup::{ParameterChoice, Setup};
 use crate::app::setup::overlay::Role;
 use crate::app::simulation::recorded_drive::RecordedDriveCache;
 use crate::diagnose::findings::Remark;
 use crate::diagnose::{DiagnoseControl, DiagnoseOptions, DiagnoseProgress, Diagnosis, diagnose};
-use crate::fit::Part;
+use crate::fit::{FixedParameter, ParameterChoices, Part};
 use crate::model::Model;
+use crate::model::effects::CATALOGUE;
+use crate::model::preset::known_value::{KnownValue, device_ids};
 
 /// A running diagnosis.
 #[derive(Debug, Clone)]
@@ -82,6 +85,13 @@ impl Diagnosing {
     pub fn start(&mut self, setup: &Setup, by_hand: Option<BTreeSet<String>>, context: &Context) {
         self.error = None;
         let asked = Asked::of(setup, by_hand);
+        let options = match options(setup, asked.by_hand.as_ref()) {
+            Ok(options) => options,
+            Err(reason) => {
+                self.error = Some(reason);
+                return;
+            }
+        };
         let model = setup.preset.model.clone();
         let of_job = asked.clone();
         let job = Job::start("diagnosis", context, move |control| {
@@ -90,7 +100,7 @@ impl Diagnosing {
                 cancel: control.cancel(),
                 progress: &report,
             };
-            ask(&model, &of_job, &control)
+            ask(&model, &of_job, &options, &control)
         });
         self.running = Some(Running { job, asked });
     }
@@ -138,7 +148,14 @@ impl Diagnosing {
 
     /// In what the setup differs from that of the answer.
     pub fn differences(&self, setup: &Setup) -> Option<String> {
-        self.shown()?.asked.origin.differences(setup)
+        let asked = &self.shown()?.asked;
+        let origin = asked.origin.differences(setup);
+        let others = (asked.choices != setup.diagnosis)
+            .then(|| "The options have changed since.".to_owned());
+        match (origin, others) {
+            (Some(origin), Some(others)) => Some(format!("{origin} {others}")),
+            (origin, others) => origin.or(others),
+        }
     }
 
     /// Whether the recordings or their roles have changed since the answer.
@@ -193,16 +210,58 @@ pub fn obstacle(setup: &Setup) -> Option<String> {
     Some(format!("The device cannot be simulated: {problem}"))
 }
 
-fn ask(model: &Model, asked: &Asked, control: &DiagnoseControl<'_>) -> Result<Diagnosis, String> {
-    let (train, held_out) = Part::sides(asked.side(Role::Train), asked.side(Role::HeldOut));
-    let options = DiagnoseOptions {
-        by_hand: asked
-            .by_hand
-            .as_ref()
-            .map(|ids| ids.iter().cloned().collect()),
-        ..DiagnoseOptions::default()
+/// What a diagnosis of a setup is asked, with the effects chosen `by_hand` or in a search.
+///
+/// # Errors
+/// What is wrong with the choices, and what to do.
+pub(crate) fn options(
+    setup: &Setup,
+    by_hand: Option<&BTreeSet<String>>,
+) -> Result<DiagnoseOptions, String> {
+    let asked = &setup.diagnosis;
+    let compared = CATALOGUE.iter().map(|effect| effect.id.to_owned());
+    let compared: Vec<String> = compared.filter(|id| !asked.skipped.contains(id)).collect();
+    let candidates = match compared.len() {
+        0 => return Err("No effect is ticked to be compared. Tick one under Options.".to_owned()),
+        all if all == CATALOGUE.len() => Vec::new(),
+        _ => compared,
     };
-    let answer = diagnose(model, &train, &held_out, &options, control);
+    let mut choices = ParameterChoices::default();
+    // What was chosen for another device, or is no parameter of a device, does not count here.
+    for id in device_ids(&setup.preset.model) {
+        match asked.parameters.get(&id) {
+            Some(ParameterChoice::Free) => choices.also_free.push(id),
+            Some(ParameterChoice::Held) => choices.fixed.push(FixedParameter { id, value: None }),
+            Some(&ParameterChoice::Known { value, std_error }) => choices.known.push(KnownValue {
+                id,
+                value,
+                std_error,
+            }),
+            None if setup.locked.contains(&id) => {
+                choices.fixed.push(FixedParameter { id, value: None });
+            }
+            None => {}
+        }
+    }
+    let resolved = choices.resolve(&setup.preset);
+    let longest = asked.longest.map(Duration::try_from_secs_f64);
+    Ok(DiagnoseOptions {
+        candidates,
+        by_hand: by_hand.map(|ids| ids.iter().cloned().collect()),
+        choices: resolved.map_err(|error| error.to_string())?,
+        budget: longest.transpose().map_err(|error| error.to_string())?,
+        ..DiagnoseOptions::default()
+    })
+}
+
+fn ask(
+    model: &Model,
+    asked: &Asked,
+    options: &DiagnoseOptions,
+    control: &DiagnoseControl<'_>,
+) -> Result<Diagnosis, String> {
+    let (train, held_out) = Part::sides(asked.side(Role::Train), asked.side(Role::HeldOut));
+    let answer = diagnose(model, &train, &held_out, options, control);
     let mut diagnosis = answer.map_err(|error| error.to_string())?;
     if asked.split {
         diagnosis.remarks.insert(0, Remark::LastThirdHeldOut);

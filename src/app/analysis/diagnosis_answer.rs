@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::origin::{Origin, as_set_up, shared_drive};
 use super::recording_roles::with_role;
-use crate::app::setup::current_setup::Setup;
+use crate::app::setup::current_setup::{DiagnosisChoices, Setup};
 use crate::app::setup::overlay::{OverlayId, Role};
 use crate::diagnose::Diagnosis;
 use crate::recording::Recording;
@@ -39,6 +39,9 @@ pub struct Asked {
     pub split: bool,
     /// Effects chosen by hand; `None` for a search.
     pub by_hand: Option<BTreeSet<String>>,
+    /// What was chosen besides.
+    #[serde(default)]
+    pub choices: DiagnosisChoices,
 }
 
 impl Asked {
@@ -74,6 +77,7 @@ impl Asked {
             recordings,
             split,
             by_hand,
+            choices: setup.diagnosis.clone(),
         }
     }
 

@@ -118,7 +118,8 @@ impl Fitting {
         let model = &setup.preset.model;
         let ticked = |id: &String| match &self.free {
             Some(free) => free.contains(id),
-            None => default_free(model).contains(id),
+            // What is known is fitted against that knowledge.
+            None => default_free(model).contains(id) || is_known(setup, id),
         };
         // Those that are free by default come first, in the order of the command line.
         let mut ids = default_free(model);
@@ -309,6 +310,11 @@ fn is_physical(id: crate::model::parameter::ParameterId) -> bool {
     !matches!(id, P::X0 | P::V0 | P::OffsetP | P::OffsetC | P::Noise)
 }
 
+/// Whether the preset knows a parameter beforehand.
+fn is_known(setup: &Setup, id: &str) -> bool {
+    setup.preset.known.iter().any(|known| known.id == id)
+}
+
 /// What a fit in the window is given: parts to fit, parts held out, and the options, for the
 /// parameters `free`. The command line gives the same for the same recordings.
 pub(crate) fn inputs(setup: &Setup, free: Vec<String>) -> (Vec<Part>, Vec<Part>, FitOptions) {
@@ -317,7 +323,12 @@ pub(crate) fn inputs(setup: &Setup, free: Vec<String>) -> (Vec<Part>, Vec<Part>,
         recordings(setup, Role::HeldOut),
     );
     let (train, held_out) = Part::sides(train, held_out);
+    let known = setup.preset.known.iter();
     let options = FitOptions {
+        known: known
+            .filter(|known| free.contains(&known.id))
+            .cloned()
+            .collect(),
         free,
         ..FitOptions::for_model(&setup.preset.model)
     };

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use crate::app::setup::command::Command;
-use crate::app::setup::current_setup::Setup;
+use crate::app::setup::current_setup::{DiagnosisChoices, Setup};
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
 use crate::app::setup::overlay::{Estimates, Overlay};
 use crate::app::setup::own_drive::OwnDrive;
@@ -70,6 +70,7 @@ pub fn from_preset(preset: Preset) -> Setup {
         locked: std::collections::BTreeSet::new(),
         overlays: Vec::new(),
         kept: Vec::new(),
+        diagnosis: DiagnosisChoices::default(),
     }
 }
 

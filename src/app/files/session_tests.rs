@@ -5,6 +5,8 @@ use proptest::prelude::*;
 use crate::app::files::atomic_write::keep_unreadable;
 use crate::app::files::built_in;
 use crate::app::files::session::*;
+use crate::app::files::session_text::{TextError, from_text, to_text};
+use crate::app::setup::current_setup::ParameterChoice;
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::kept_curve::{KeptCurve, RunOrigin, of_session};
 use crate::app::setup::overlay::{Overlay, Role};
@@ -14,6 +16,7 @@ use crate::model::effects;
 use crate::model::effects::ActiveEffect;
 use crate::model::parameter::ParameterId;
 use crate::model::preset::Preset;
+use crate::model::preset::known_value::KnownValue;
 use crate::recording::csv::{import, preview};
 
 const CSV: &str = "t [s], V [V], xp [um]\n0, 8, 1\n0.001, 8, 2\n0.002, 8, 3\n0.003, -8, 2\n";
@@ -436,4 +439,33 @@ proptest! {
         let loaded = parse(path, &written).unwrap();
         prop_assert_eq!(&loaded.setup.kept, &setup.kept);
     }
+}
+
+#[test]
+fn what_a_diagnosis_is_asked_comes_back() {
+    let mut setup = setup();
+    let text = |setup: &Setup| to_text(setup, &View::default(), &[], Path::new("/a")).unwrap();
+    assert!(!text(&setup).contains("diagnosis"));
+    setup.diagnosis.longest = Some(30.0);
+    setup.diagnosis.skipped.insert("gravity".to_owned());
+    let known = ParameterChoice::Known {
+        value: 1.7e-21,
+        std_error: 2e-22,
+    };
+    let all = &mut setup.diagnosis.parameters;
+    all.insert("Cs".to_owned(), known);
+    all.insert("f1".to_owned(), ParameterChoice::Held);
+    all.insert("quadratic_drag.cd".to_owned(), ParameterChoice::Free);
+    let own = KnownValue::new(&setup.preset.model, "zeta1", (0.026, 1e-3)).unwrap();
+    setup.preset.known.push(own);
+    let written = text(&setup);
+    let read = from_text(&written).unwrap().setup;
+    assert_eq!(read.diagnosis, setup.diagnosis);
+    assert_eq!(read.preset.known, setup.preset.known);
+    let bad = written.replacen("longest = 30.0", "longest = -30.0", 1);
+    assert_ne!(bad, written);
+    let Err(TextError::Damaged(said)) = from_text(&bad) else {
+        panic!("it was read");
+    };
+    assert!(said.contains("-30 s is invalid"), "{said}");
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::built_in;
-use crate::app::setup::current_setup::Setup;
+use crate::app::setup::current_setup::{DiagnosisChoices, Setup};
 use crate::app::setup::drive_text::{DriveEntry, OwnDriveEntry};
 use crate::app::setup::kept_curve::{KeptCurve, lasting, of_session};
 use crate::app::setup::overlay::{Estimates, Overlay, Role};
@@ -61,6 +61,9 @@ struct File {
     /// Curves kept to compare with.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     kept: Vec<KeptCurve>,
+    /// What a diagnosis is asked.
+    #[serde(default, skip_serializing_if = "DiagnosisChoices::is_usual")]
+    diagnosis: DiagnosisChoices,
 }
 
 /// A recording that a session refers to.
@@ -126,6 +129,7 @@ pub fn to_text(
             .chain(missing.iter().cloned())
             .collect(),
         kept: lasting(&setup.kept),
+        diagnosis: setup.diagnosis.clone(),
     };
     toml::to_string(&file).map_err(|error| error.to_string())
 }
@@ -263,6 +267,7 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
             locked: file.locked,
             overlays,
             kept,
+            diagnosis: file.diagnosis,
         },
         view: file.view,
         recordings,
@@ -298,6 +303,11 @@ fn check(file: &File) -> Result<(), String> {
     let positive = |value: f64| value > 0.0 && value.is_finite();
     if !positive(file.duration) {
         return Err(format!("the span of {} s is invalid", file.duration));
+    }
+    if let Some(longest) = file.diagnosis.longest.filter(|longest| !positive(*longest)) {
+        return Err(format!(
+            "the longest time of a diagnosis, {longest} s, is invalid"
+        ));
     }
     if !positive(file.view.slow_down) {
         return Err(format!("the slow-down {} is invalid", file.view.slow_down));

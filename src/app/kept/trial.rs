@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::app::analysis::sealed_trial::{Draw, Guess, Level, Suspended, Tally, Trial};
 use crate::app::files::built_in;
-use crate::app::setup::current_setup::Setup;
+use crate::app::setup::current_setup::{DiagnosisChoices, Setup};
 use crate::app::setup::drive_text::{DriveEntry, OwnDriveEntry};
 use crate::app::setup::kept_curve::KeptCurve;
 use crate::app::setup::overlay::{Estimates, Overlay, OverlayId, Role};
@@ -90,6 +90,8 @@ pub(super) struct StoredSetup {
     recordings: Vec<StoredOverlay>,
     #[serde(default)]
     kept: Vec<KeptCurve>,
+    #[serde(default)]
+    diagnosis: DiagnosisChoices,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -124,6 +126,7 @@ impl StoredSetup {
             locked: setup.locked.clone(),
             recordings: setup.overlays.iter().map(overlay).collect(),
             kept: setup.kept.clone(),
+            diagnosis: setup.diagnosis.clone(),
         }
     }
 
@@ -157,6 +160,7 @@ impl StoredSetup {
             locked: self.locked,
             overlays: recordings.collect::<Option<_>>()?,
             kept: self.kept,
+            diagnosis: self.diagnosis,
         })
     }
 }

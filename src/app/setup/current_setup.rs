@@ -1,8 +1,10 @@
 //! What the person has set up: everything that undo covers. A session file holds it
 //! together with the view.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
 
 use super::drive_choice::DriveChoice;
 use super::kept_curve::KeptCurve;
@@ -27,6 +29,43 @@ pub struct Setup {
     pub overlays: Vec<Overlay>,
     /// Curves kept to compare with.
     pub kept: Vec<KeptCurve>,
+    /// What a diagnosis is asked beyond its recordings.
+    pub diagnosis: DiagnosisChoices,
+}
+
+/// What a person chose of a parameter for a diagnosis, in place of the usual.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum ParameterChoice {
+    /// Re-tuned.
+    Free,
+    /// Held at the device's value.
+    Held,
+    /// Re-tuned against what is known of it \[SI\].
+    Known {
+        /// The value.
+        value: f64,
+        /// Its standard error, above 0.
+        std_error: f64,
+    },
+}
+
+/// What a diagnosis is asked beyond its recordings.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DiagnosisChoices {
+    /// Time after which it ends with the best answer so far \[s\]; `None` for no limit.
+    pub longest: Option<f64>,
+    /// Ids of effects that are not compared.
+    pub skipped: BTreeSet<String>,
+    /// What was chosen of parameters, by id.
+    pub parameters: BTreeMap<String, ParameterChoice>,
+}
+
+impl DiagnosisChoices {
+    /// Whether nothing was chosen.
+    pub fn is_usual(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// Changes the device. Recordings and locks stay, and so does the drive if both devices

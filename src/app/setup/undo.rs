@@ -121,6 +121,7 @@ mod tests {
     use super::super::undo::*;
     use crate::app::files::built_in;
     use crate::model::parameter::ParameterId;
+    use crate::model::preset::known_value::KnownValue;
 
     fn alpha(setup: &Setup) -> f64 {
         setup.preset.model.parameters[ParameterId::Alpha]
@@ -148,6 +149,27 @@ mod tests {
         assert!(history.redo(&mut setup));
         assert_eq!(setup, dragged);
         assert!(!history.redo(&mut setup));
+    }
+
+    #[test]
+    fn what_is_known_and_asked_is_undone_too() {
+        let mut setup = built_in::setup();
+        let before = setup.clone();
+        let mut history = History::new(&setup);
+        let known = KnownValue::new(&setup.preset.model, "zeta1", (0.026, 1e-3)).unwrap();
+        setup.preset.known.push(known);
+        history.observe(&setup, false, 0.0);
+        history.observe(&setup, false, 1.0);
+        setup.diagnosis.longest = Some(30.0);
+        history.observe(&setup, false, 2.0);
+        history.observe(&setup, false, 3.0);
+        assert!(history.undo(&mut setup));
+        assert_eq!(
+            (setup.preset.known.len(), setup.diagnosis.longest),
+            (1, None)
+        );
+        assert!(history.undo(&mut setup));
+        assert_eq!(setup, before);
     }
 
     #[test]

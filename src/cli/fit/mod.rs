@@ -1,6 +1,7 @@
 //! `fit`: parameters from recordings, with a profile of one of them, or one step of the paper's
 //! identification.
 
+pub(super) mod choices;
 pub(super) mod profile;
 pub(super) mod result;
 pub(super) mod steps;
@@ -11,6 +12,7 @@ use std::sync::Once;
 use anyhow::anyhow;
 use clap::Args;
 
+use self::choices::Choices;
 use self::profile::Profile;
 use super::device::{add_effect, set_parameter};
 use super::output::Results;
@@ -28,9 +30,11 @@ pub struct Arguments {
     /// Device and starting values: paper, paper-as-printed, oscillator, faller, bouncing-ball, or a preset file
     #[arg(long, default_value = "paper")]
     preset: String,
-    /// Parameters to fit, e.g. Cs,gp,eta or quadratic_drag.cd; by default all that are usually tuned
-    #[arg(long, value_delimiter = ',', value_name = "ID,...")]
-    free: Vec<String>,
+    #[command(flatten)]
+    choices: Choices,
+    /// Not for a fit, which compares no effects: use --effect, or diagnose
+    #[arg(long, value_delimiter = ',', value_name = "ID,...", hide = true)]
+    candidates: Vec<String>,
     /// Held-out recording: not fitted to, the error on it is reported; repeatable
     #[arg(long, value_name = "FILE")]
     held_out: Vec<PathBuf>,
@@ -139,10 +143,22 @@ fn device_and_options(args: &Arguments) -> Result<(Preset, FitOptions), Failure>
         .model
         .check()
         .map_err(|error| wrong_command(error.into()))?;
-    let mut options = FitOptions::for_model(&preset.model);
-    if !args.free.is_empty() {
-        options.free = free(&args.free)?;
+    if !args.candidates.is_empty() {
+        return Err(wrong_command(anyhow!(
+            "--candidates {}: a fit compares no effects; fit with one by --effect {}, or compare by impactscope diagnose --candidates",
+            args.candidates.join(","),
+            args.candidates[0]
+        )));
     }
+    let choices = args.choices.of(&preset)?;
+    preset.model = choices.start(&preset.model)?;
+    let usual = FitOptions::for_model(&preset.model);
+    let mut options = FitOptions {
+        free: choices.free_ids(usual.free.clone()),
+        known: choices.known,
+        budget: args.choices.time()?,
+        ..usual
+    };
     if let Some(id) = &args.profile
         && !options
             .free
@@ -184,18 +200,6 @@ fn end(results: Results) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The ids of `--free`, without the empty ones between two commas.
-fn free(typed: &[String]) -> Result<Vec<String>, Failure> {
-    let ids = typed.iter().map(|id| id.trim().to_owned());
-    let ids: Vec<String> = ids.filter(|id| !id.is_empty()).collect();
-    if ids.is_empty() {
-        return Err(wrong_command(anyhow!(
-            "--free names no parameter; write for example --free Cs,gp, or omit it"
-        )));
-    }
-    Ok(ids)
-}
-
 /// The error with a remedy for the command line, where a parameter is locked by not naming it.
 fn for_the_command_line(error: FitError) -> Failure {
     match error {
@@ -233,20 +237,6 @@ fn show_progress(p: &Progress) {
 mod tests {
     use super::super::fit::*;
 
-    #[test]
-    fn free_parameters_are_the_named_ones() {
-        let typed = |text: &str| {
-            let ids: Vec<String> = text.split(',').map(str::to_owned).collect();
-            free(&ids)
-        };
-        assert_eq!(typed("Cs,, gp ,").ok().unwrap(), ["Cs", "gp"]);
-        for nothing in ["", ",", " "] {
-            let failure = typed(nothing).unwrap_err();
-            assert_eq!(failure.code, 2);
-            assert!(failure.error.to_string().contains("--free Cs,gp"));
-        }
-    }
-
     #[cfg(feature = "gui")]
     #[test]
     fn the_window_asks_for_the_same_fit() {
@@ -259,7 +249,8 @@ mod tests {
         let args = Arguments {
             recordings: files.to_vec(),
             preset: "paper".to_owned(),
-            free: Vec::new(),
+            choices: Choices::default(),
+            candidates: Vec::new(),
             held_out: Vec::new(),
             set: Vec::new(),
             effect: Vec::new(),

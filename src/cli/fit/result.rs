@@ -14,7 +14,7 @@ const VALUE_WIDTH: usize = 16;
 pub fn text(result: &FitResult) -> String {
     let mut text = String::new();
     if result.cancelled {
-        text += "Cancelled: this is the best so far.\n";
+        text += "Ended early: this is the best so far.\n";
     }
     text += &values(result);
     if let Some(film) = film_at_contact(result) {
@@ -202,7 +202,7 @@ mod tests {
         result.parameters[2].at_bound = true;
         let text = text(&result);
         println!("{text}");
-        assert!(text.starts_with("Cancelled: this is the best so far.\n"));
+        assert!(text.starts_with("Ended early: this is the best so far.\n"));
         // Ca is not determined: it has neither correlation nor eigenvalue.
         assert!(
             text.contains("correlations\n        Cs      gp\nCs    1.00\ngp    0.60    1.00\n")

@@ -15,6 +15,7 @@ use crate::diagnose::discrepancy::residual_map;
 use crate::diagnose::findings::Remark;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::verdict::decide::Decision;
+use crate::fit::ParameterChoices;
 use crate::fit::problem::Data;
 use crate::model::{Model, with_effect};
 use crate::recording::quantile_in_place;
@@ -23,6 +24,8 @@ use crate::recording::quantile_in_place;
 pub struct Parts<'a> {
     /// The verdict and the search's result.
     pub decision: &'a Decision,
+    /// What was chosen about parameters.
+    pub choices: &'a ParameterChoices,
     /// Events at the ground.
     pub events: &'a Ground,
     /// The last test of each contact law.
@@ -46,8 +49,11 @@ pub fn assemble(
 ) -> Result<Diagnosis, DiagnoseError> {
     let (decision, proof) = (parts.decision, parts.proof);
     let (found, laws) = (&decision.found, &decision.contact_laws[..]);
-    let baseline = with_contact_laws(&found.baseline, parts.events, &[]);
-    let model = with_contact_laws(&found.state, parts.events, laws);
+    let nominal = |state: &ModelState| {
+        nominal::baseline(&state.train.model, &parts.events.train, parts.choices)
+    };
+    let baseline = nominal(&found.baseline);
+    let model = with_contact_laws(nominal(&found.state), laws);
     let (before, after) = (&proof.before, &proof.after);
     let named = names(found, laws, after, &model)?;
     let candidates = candidates(decision, parts.law_tests);
@@ -85,9 +91,8 @@ pub fn assemble(
     })
 }
 
-/// The model of `state` with restitution and adhesion as the events have them, and these laws.
-fn with_contact_laws(state: &ModelState, events: &Ground, laws: &[LawTest]) -> Model {
-    let mut model = nominal::baseline(&state.train.model, &events.train);
+/// A model with these contact laws.
+fn with_contact_laws(mut model: Model, laws: &[LawTest]) -> Model {
     for law in laws {
         model = with_effect(&model, law.effect.clone());
         for (id, value) in &law.sets {

@@ -10,6 +10,7 @@ use crate::diagnose::thresholds::{
     UNNAMED_MAX_PROBABILITY,
 };
 use crate::diagnose::verdict::decide::Decision;
+use crate::model::Model;
 use crate::model::effects::{CATALOGUE, EffectSpec};
 
 /// All effects of the catalogue, most probable first; `tests` are the last ones of each contact law.
@@ -121,6 +122,8 @@ fn remarks(
         } else {
             CandidateRemark::Outweighed
         });
+    } else if has(&found.baseline.train.model, spec) {
+        remarks.push(CandidateRemark::InModel);
     } else if scored.is_some_and(|w| w.predicted_gain > REFIT_MIN_SCORE) {
         remarks.push(CandidateRemark::NotFitted);
     } else if scored.is_some() {
@@ -131,6 +134,11 @@ fn remarks(
         remarks.push(CandidateRemark::NotTested);
     }
     remarks
+}
+
+/// Whether a model has an effect.
+fn has(model: &Model, spec: &EffectSpec) -> bool {
+    model.effects.iter().any(|active| active.spec == spec)
 }
 
 /// Why a contact law is not named, as far as its test says; `held_out` is whether there are held-out

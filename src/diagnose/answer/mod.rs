@@ -2,6 +2,7 @@
 
 pub(super) mod assemble;
 pub(super) mod candidate_table;
+pub(crate) mod conditions;
 pub(super) mod effect_size;
 pub mod evaluate;
 pub(super) mod events_seen;

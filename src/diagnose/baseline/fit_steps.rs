@@ -51,7 +51,9 @@ impl Workspace {
             locked.extend(deferred_indices(&problem));
             locked.extend(self.fixed_by_level(&problem));
             point = self.improve(&problem, point, &locked, (7, ROUGH_TOLERANCE), control)?;
-            reassign_misread_segments(&problem, &mut point, segments)?;
+            if !control.cancelled() {
+                reassign_misread_segments(&problem, &mut point, segments)?;
+            }
         }
         Ok((problem, point))
     }
@@ -70,7 +72,7 @@ impl Workspace {
         let late: [&[&str]; 2] = [&["Cs", "gp", "shape_p2"], &["gp"]];
         for ids in late {
             let mut locked = positions(problem, ids);
-            if locked.len() == problem.space.len() {
+            if locked.len() == problem.space.len() || control.cancelled() {
                 continue;
             }
             if ids.len() > 2 {
@@ -79,8 +81,8 @@ impl Workspace {
             locked.extend(deferred_indices(problem));
             locked.extend(self.fixed_by_level(problem));
             point = self.improve(problem, point, &locked, (7, ROUGH_TOLERANCE), control)?;
-            set_clocks(problem, &mut point, segments, subset)?;
-            if reassign_misread_segments(problem, &mut point, segments)? {
+            set_clocks(problem, &mut point, (segments, subset), control)?;
+            if !control.cancelled() && reassign_misread_segments(problem, &mut point, segments)? {
                 // Segments set aside no longer count.
                 point = settle(
                     problem,
@@ -113,12 +115,16 @@ impl Workspace {
         let segments = &self.train.event_free.prepared.segments;
         let others: Vec<bool> = subset.iter().map(|f| !f).collect();
         let mut point = include_segments(&problem, point, segments, &others, LOCAL_FIT_STEPS)?;
+        if control.cancelled() {
+            return self.finish(problem, point);
+        }
         reassign_misread_segments(&problem, &mut point, segments)?;
         point = self.improve(&problem, point, &[], (20, FINE_TOLERANCE), control)?;
-        if set_clocks(&problem, &mut point, segments, &vec![true; subset.len()])? {
+        let all = vec![true; subset.len()];
+        if set_clocks(&problem, &mut point, (segments, &all), control)? {
             point = self.improve(&problem, point, &[], (10, FINE_TOLERANCE), control)?;
         }
-        if reassign_misread_segments(&problem, &mut point, segments)? {
+        if !control.cancelled() && reassign_misread_segments(&problem, &mut point, segments)? {
             point = self.improve(&problem, point, &[], (10, FINE_TOLERANCE), control)?;
         }
         self.finish(problem, point)

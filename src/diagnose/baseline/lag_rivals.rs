@@ -106,6 +106,9 @@ impl Workspace {
         let asked = lags()
             .filter(|(_, lag)| rival > SENSOR_LAG_ASKED_CHI2 || lag.kind != LagKind::Readings);
         for which in asked.filter(|(spec, _)| options.asks(spec.id)) {
+            if control.cancelled() {
+                break;
+            }
             // The middle of an edge is late by half its duration.
             let size = if which.1.kind == LagKind::DriveSlews {
                 2.0 * late / self.voltage_range()

@@ -25,6 +25,9 @@ const NO_DRIFT_STEPS: usize = 10;
 /// Initial thickness of the film at contact, as a share of `dp`.
 const INITIAL_FILM_SHARE: f64 = 0.2;
 
+/// Shapes of the second mode, whose signs say how the drive is shared among the modes.
+const FLIPPED_SHAPES: [ParameterId; 2] = [ParameterId::ShapeC2, ParameterId::ShapeP2];
+
 /// A fit to all segments, reached from a start on the subset.
 struct Attempt {
     /// Where the fit to the subset stood before its last steps.
@@ -202,13 +205,16 @@ impl Workspace {
             let mut known: Vec<f64> = known.collect();
             let level = quantile_in_place(&mut known, 0.5);
             let p = &mut start.parameters;
-            if level.is_finite() && level < 0.0 {
+            let moves = |id: ParameterId| self.free.iter().any(|free| free == id.spec().id);
+            if level.is_finite() && level < 0.0 && moves(ParameterId::Dp) {
                 p.set(ParameterId::Dp, -level);
             }
-            p.set(
-                ParameterId::Gp,
-                (1.0 + INITIAL_FILM_SHARE) * p[ParameterId::Dp],
-            );
+            if moves(ParameterId::Gp) {
+                p.set(
+                    ParameterId::Gp,
+                    (1.0 + INITIAL_FILM_SHARE) * p[ParameterId::Dp],
+                );
+            }
         }
         start
     }
@@ -228,14 +234,17 @@ impl Workspace {
         let asked = drive_share_is_free
             && chi2_per_value(&first.1) > ASTRAY_START_CHI2
             && model.uses(ParameterId::ShapeP2)
-            && model.piezo.is_some();
-        if !asked {
+            && model.piezo.is_some()
+            && FLIPPED_SHAPES
+                .iter()
+                .all(|id| self.choices.may_change(id.spec().id));
+        if !asked || control.cancelled() {
             return Ok((first, None));
         }
         // A film that bends the beam by moments drives the second mode in the direction opposite
         // to that of a force at its centre.
         let p = &mut start.parameters;
-        for id in [ParameterId::ShapeC2, ParameterId::ShapeP2] {
+        for id in FLIPPED_SHAPES {
             p.set(id, -p[id]);
         }
         let flipped = self.first_step(&start, own, subset, control)?;
@@ -266,7 +275,9 @@ impl Workspace {
         let data = &problem.data;
         let lone = data.iter().all(|d| d.recording.cantilever.is_none());
         let near = |other: &Start| lone || chi2_per_value(&other.1) < RIVAL_START_MAX_RATIO * first;
-        let Some((flipped, begun)) = other.filter(|other| astray && near(other)) else {
+        let Some((flipped, begun)) =
+            other.filter(|other| astray && near(other) && !control.cancelled())
+        else {
             return Ok(((problem, point), None));
         };
         let released = self.release_parameters(&flipped, begun, subset, control)?;

@@ -52,8 +52,6 @@ pub fn screen(
         let one = std::slice::from_ref(part);
         match check(model, one, &summarize(model, one), &options) {
             Ok(()) | Err(FitError::NoContact { .. } | FitError::IrrelevantParameter { .. }) => {}
-            // A comparison needs no free parameter.
-            Err(FitError::NothingFree) => {}
             Err(error) => return Err(error.into()),
         }
     }

@@ -5,8 +5,10 @@
 
 use super::words::{gain, listed};
 use crate::diagnose::findings::{
-    CandidateRemark, Evidence, Finding, FindingKind, LawProof, Remark,
+    CandidateRemark, Evidence, Finding, FindingKind, LawProof, Remark, RetunedParameter,
 };
+use crate::model::preset::known_value::with_error;
+use crate::model::unit::format_quantity;
 
 /// A finding as a sentence.
 pub fn finding(finding: &Finding) -> String {
@@ -65,6 +67,7 @@ pub fn finding(finding: &Finding) -> String {
             };
             format!("{} would explain {what}: too little for a name", listed(effects))
         }
+        FindingKind::KnownContradicted(found) => found.text(),
     }
 }
 
@@ -113,7 +116,50 @@ pub fn remark(remark: &Remark) -> String {
             "{train:.0} % of the fitted and {held_out:.0} % of the held-out readings were not used: an event near them was missed or placed wrongly"
         ),
         Remark::ContactAmbiguous => "it is uncertain whether the mass touches the ground in some recordings; the reading was chosen that explains all of them".to_owned(),
+        Remark::NothingRetuned => "no parameter was free, so the model was compared as it is: values that are slightly wrong count as missing physics".to_owned(),
+        Remark::Retuned(all) => {
+            let each: Vec<String> = all.iter().map(retuned).collect();
+            format!("re-tuned: {}", each.join("; "))
+        }
+        Remark::HeldAsGiven(ids) => format!(
+            "held at the values of the device: {}; free them if they are not known so well",
+            ids.join(", ")
+        ),
+        Remark::KnownContradicted(found) => found.text(),
+        Remark::HeldElsewhere(held) => format!(
+            "needs {} = {}, held at {}: another value, or a force is missing",
+            held.id,
+            with_error(held.needed, held.std_error, &held.unit),
+            format_quantity(held.value, &held.unit, 4)
+        ),
+        Remark::OutOfTime {
+            seconds,
+            not_compared,
+        } => {
+            let time = format_quantity(*seconds, "s", 3);
+            let rest = match &not_compared[..] {
+                [] => "all effects were compared, but not to the end".to_owned(),
+                these => format!("not compared: {}", these.join(", ")),
+            };
+            format!("the time of {time} was used up; {rest}")
+        }
     }
+}
+
+/// A re-tuned parameter.
+fn retuned(parameter: &RetunedParameter) -> String {
+    let RetunedParameter {
+        id,
+        from,
+        to,
+        unit,
+        known,
+    } = parameter;
+    let write = |value: f64| format_quantity(value, unit, 4);
+    let known = known.as_ref().map_or(String::new(), |known| {
+        format!(", known {}", known.text(unit))
+    });
+    format!("{id} from {} to {}{known}", write(*from), write(*to))
 }
 
 /// Remarks as sentences.
@@ -284,6 +330,8 @@ pub fn candidate(remark: &CandidateRemark) -> String {
         }
         CandidateRemark::NothingToActOn => "this device has nothing that it could act on",
         CandidateRemark::NotTested => "these recordings do not test it",
+        CandidateRemark::InModel => "the model has it already",
+        CandidateRemark::NotReached => "the diagnosis ended before it was compared",
     };
     text.to_owned()
 }

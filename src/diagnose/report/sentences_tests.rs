@@ -2,7 +2,9 @@
 
 use crate::diagnose::findings::*;
 use crate::diagnose::report::sentences::*;
+use crate::fit::{Contradiction, HeldParameter};
 use crate::model::effects::CATALOGUE;
+use crate::model::preset::known_value::KnownValue;
 
 /// One of each kind of finding; kinds with two sentences twice.
 fn findings() -> Vec<Finding> {
@@ -34,12 +36,41 @@ fn findings() -> Vec<Finding> {
         },
         share(0.3),
         share(0.9),
+        FindingKind::KnownContradicted(contradiction()),
     ];
     let of = |kind| Finding {
         kind,
         statistic: 0.52,
     };
     kinds.into_iter().map(of).collect()
+}
+
+fn contradiction() -> Contradiction {
+    Contradiction {
+        known: gravity(),
+        needed: 7.3,
+        std_error: 0.1,
+        unit: "m/s^2".to_owned(),
+    }
+}
+
+#[test]
+fn a_contradicted_value_is_said_with_both_errors() {
+    let said = remark(&Remark::KnownContradicted(contradiction()));
+    assert!(
+        said.starts_with(
+            "needs gravity.g = 7.3 m/s^2 +- 0.1 m/s^2, known 9.81 m/s^2 +- 0.05 m/s^2: "
+        ),
+        "{said}"
+    );
+}
+
+fn gravity() -> KnownValue {
+    KnownValue {
+        id: "gravity.g".to_owned(),
+        value: 9.81,
+        std_error: 0.05,
+    }
 }
 
 fn all_remarks() -> Vec<Remark> {
@@ -77,6 +108,31 @@ fn all_remarks() -> Vec<Remark> {
             held_out: 2.0,
         },
         Remark::ContactAmbiguous,
+        Remark::NothingRetuned,
+        Remark::Retuned(vec![RetunedParameter {
+            id: "gravity.g".to_owned(),
+            from: 9.81,
+            to: 9.79,
+            unit: "m/s^2".to_owned(),
+            known: Some(gravity()),
+        }]),
+        Remark::HeldAsGiven(vec!["quadratic_drag.cd".to_owned()]),
+        Remark::KnownContradicted(contradiction()),
+        Remark::HeldElsewhere(HeldParameter {
+            id: "quadratic_drag.cd".to_owned(),
+            value: 1e-7,
+            needed: 2e-7,
+            std_error: 1e-8,
+            unit: "N s^2/m^2".to_owned(),
+        }),
+        Remark::OutOfTime {
+            seconds: 5.0,
+            not_compared: vec!["gravity".to_owned(), "dry friction".to_owned()],
+        },
+        Remark::OutOfTime {
+            seconds: 5.0,
+            not_compared: Vec::new(),
+        },
     ]
 }
 

@@ -17,7 +17,7 @@ const MAX_CANDIDATES: usize = 5;
 pub fn text(diagnosis: &Diagnosis) -> String {
     let mut out = Lines::default();
     if diagnosis.cancelled {
-        out.line("Cancelled: this is what was found so far.");
+        out.line("Ended early: this is what was found so far.");
     }
     out.line(&verdict_sentence(diagnosis));
     what(&mut out, diagnosis);

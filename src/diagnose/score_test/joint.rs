@@ -20,6 +20,14 @@ pub struct Joint {
 /// finite. Eigenvalues below 1e-5 of the scaled matrix are skipped.
 pub fn solve(normal: &DMatrix<f64>, gradient: &DVector<f64>) -> Option<Joint> {
     let n = gradient.len();
+    if n == 0 {
+        return Some(Joint {
+            gain: 0.0,
+            rank: 0,
+            theta: Vec::new(),
+            errors: Vec::new(),
+        });
+    }
     let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());
     let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * scale[i] * scale[j]);
     let slope = DVector::from_fn(n, |i, _| gradient[i] * scale[i]);

@@ -7,6 +7,7 @@ use super::forms::CatalogueDirection;
 use super::joint::Joint;
 use super::linearized::{Linearized, SegmentGram};
 use crate::diagnose::thresholds::UNIDENTIFIABLE_SHARE;
+use crate::fit::solve::normal_equations::add_row;
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 use crate::sim::SimError;
@@ -133,9 +134,8 @@ impl ScoreScan {
                 }
             }
         }
-        for (i, slope, value) in problem.priors(&point.x) {
-            normal[(i, i)] += slope * slope;
-            gradient[i] += slope * value;
+        for row in problem.prior_rows(&point.x) {
+            add_row(&mut normal, &mut gradient, &row, 1.0);
         }
         Self {
             normal,

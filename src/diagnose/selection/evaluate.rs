@@ -12,6 +12,7 @@ use crate::diagnose::hypotheses::propose::propose;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{MIN_SHARE_OF_BEST, REFIT_MIN_SCORE, SEARCHED_REFIT_MIN_SCORE};
+use crate::model::Model;
 use crate::model::effects::EffectSpec;
 
 /// Most hypotheses refitted in a round.
@@ -107,7 +108,8 @@ pub fn evaluate_hypotheses(
     Ok(out)
 }
 
-/// Whether an effect is a candidate, or the `only` one, and not named yet.
+/// Whether an effect is a candidate that the model does not have yet, or the `only` one, and not named
+/// yet.
 pub fn is_candidate(
     state: &ModelState,
     options: &DiagnoseOptions,
@@ -116,9 +118,14 @@ pub fn is_candidate(
 ) -> bool {
     let wanted = match only {
         Some(only) => only == spec.id,
-        None => options.has_candidate(spec.id),
+        None => options.has_candidate(spec.id) && !has(&state.train.model, spec),
     };
     wanted && state.named.iter().all(|n| n.spec != spec)
+}
+
+/// Whether a model has an effect.
+fn has(model: &Model, spec: &EffectSpec) -> bool {
+    model.effects.iter().any(|active| active.spec == spec)
 }
 
 /// A fit with one more effect, or `None` if it cannot be simulated; with `cold_start` also from a
@@ -168,6 +175,9 @@ fn refit_hypothesis(
         Ok::<CandidateFit, DiagnoseError>(tried.unwrap_or(near))
     };
     for other in alternative_hypotheses(hypothesis).filter(|_| !further) {
+        if control.cancelled() {
+            break;
+        }
         near = better(near, &other)?;
     }
     if hypothesis.start.spec.is_level_step()
@@ -177,6 +187,7 @@ fn refit_hypothesis(
         near = better(near, &finer)?;
     }
     if astray
+        && !control.cancelled()
         && hypothesis.cold_start.is_none()
         && near.train.is_lost()
         && let Some(other) = fit_cold_start(workspace, state, hypothesis, control)?

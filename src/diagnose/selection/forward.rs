@@ -41,6 +41,7 @@ pub fn select_effects(
     let look = aside > SET_ASIDE_REVIEW_SHARE || (aside > 0.0 && odd);
     // Where the baseline is lost in the other segments too, these show what it lacks.
     if look
+        && !control.cancelled()
         && !baseline.train.is_lost()
         && options.by_hand.is_none()
         && let Some(found) = select_with_set_aside(workspace, &baseline, options, control, report)?

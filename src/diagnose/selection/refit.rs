@@ -166,6 +166,9 @@ pub fn best_start_on_subset(
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
     let mut best: Option<(SubsetFit, Hypothesis)> = None;
     for own in std::iter::once(hypothesis.clone()).chain(alternative_hypotheses(hypothesis)) {
+        if best.is_some() && control.cancelled() {
+            break;
+        }
         let (free, bounds) = parameters_with(state, &own);
         let start = with_effect(&near.model, own.start.clone());
         let sketch = workspace.fit_subset(&start, &free, &bounds, near, control);

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use crate::diagnose::data::robust_loss::{LEAST_SQUARES, MISREAD_CHI2, ROBUST_LOSS};
-use crate::diagnose::options::DiagnoseError;
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
 use crate::diagnose::thresholds::{
     SKEW_MIN_COST_DROP, SKEW_PROMISING_COST_RATIO, SKEW_WELL_EXPLAINED_CHI2,
 };
@@ -96,9 +96,12 @@ pub(crate) fn skew_prior_cost(nuisance: &FreeNuisance, skew: f64) -> f64 {
 pub fn set_clocks(
     problem: &Problem,
     point: &mut Point,
-    first: &[Segment],
-    eligible: &[bool],
+    (first, eligible): (&[Segment], &[bool]),
+    control: &DiagnoseControl<'_>,
 ) -> Result<bool, DiagnoseError> {
+    if control.cancelled() {
+        return Ok(false);
+    }
     let space = problem.space.len();
     let clocks: Vec<usize> = skew_indices(problem);
     let unit = |i: usize| problem.nuisances[i - space].unit;
@@ -133,6 +136,9 @@ pub fn set_clocks(
             .map(|&i| problem.rows(&point.segments[i]).len())
             .sum();
         let well = |cost: f64| cost < SKEW_WELL_EXPLAINED_CHI2 * rows as f64;
+        if control.cancelled() {
+            break;
+        }
         // A recording that fits well as it is needs no refinement.
         if well(cost_at(present, NO_STEPS).0) {
             continue;

@@ -109,7 +109,7 @@ impl Workspace {
         }
         let mut point = settle(&problem, &near.x, &all, &subset_fit.used, ROBUST_LOSS, 3)?;
         // A missing or superfluous mode may have shifted a clock by samples.
-        set_clocks(&problem, &mut point, &all, &subset_fit.used)?;
+        set_clocks(&problem, &mut point, (&all, &subset_fit.used), control)?;
         let point = self.improve(&problem, point, &[], (iterations, FINE_TOLERANCE), control)?;
         self.finish(problem, point)
     }

@@ -53,9 +53,11 @@ impl Fitted {
         })
     }
 
-    /// Chi2 per row: 1 where nothing is missing.
+    /// Chi2 per row of the recordings: 1 where nothing is missing. What is known of parameters beforehand
+    /// is no part of it.
     pub fn per_value(&self) -> f64 {
-        self.cost / self.point.rows.max(1) as f64
+        let recorded = self.cost - self.problem.known_cost(&self.point.x);
+        recorded / self.point.rows.max(1) as f64
     }
 
     /// Whether the fit has lost track: what is missing has drawn everything else along.

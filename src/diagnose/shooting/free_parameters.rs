@@ -12,8 +12,9 @@ const MIN_DAMPING_BOUND: f64 = 0.3;
 /// Largest factor by which a mode's shape may be off.
 const MAX_SHAPE_FACTOR: f64 = 3.0;
 
-/// Ids of the parameters that re-tuning may move: those of the baseline that event-free segments
-/// determine, and how the readings and the drive take part in the modes.
+/// Ids of the parameters that re-tuning may move if nothing else is chosen: those of the baseline that
+/// event-free segments determine, and how the readings and the drive take part in the modes. What
+/// effects the model has already is held: a missing force must not hide in them.
 pub(crate) fn free_parameters(model: &Model, lone: bool) -> Vec<String> {
     use crate::model::parameter::ParameterId as P;
     let own = [
@@ -32,14 +33,11 @@ pub(crate) fn free_parameters(model: &Model, lone: bool) -> Vec<String> {
     ];
     // Without the cantilever's reading its shapes are not determined.
     let seen = |p: &P| !lone || !matches!(p, P::ShapeC1 | P::ShapeC2 | P::ShapeP2);
-    let mut free: Vec<String> = own
-        .into_iter()
+    own.into_iter()
         .filter(|p| model.uses(*p) && seen(p))
         .filter(|p| *p != P::F1 || model.parameters[P::F1] > 0.0)
         .map(|p| p.spec().id.to_owned())
-        .collect();
-    free.extend(model.effect_ids());
-    free
+        .collect()
 }
 
 /// Bounds of the structure's parameters. A structure that may become any other would absorb what

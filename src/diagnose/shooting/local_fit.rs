@@ -150,7 +150,7 @@ impl Workspace {
         // sample. What a clock compensated before may also mislead it.
         let eligible = point.used.clone();
         let worse = point.cost > from.point.cost + SKEW_MIN_COST_DROP;
-        if worse && set_clocks(&problem, &mut point, &segments, &eligible)? {
+        if worse && set_clocks(&problem, &mut point, (&segments, &eligible), control)? {
             point = self.improve(&problem, point, &locked, (10, FINE_TOLERANCE), control)?;
         }
         Ok(Some(self.finish(problem, point)?))
@@ -179,10 +179,10 @@ impl Workspace {
         let locked: Vec<usize> = (0..problem.space.len()).collect();
         let mut point = self.improve(&problem, point, &locked, (10, FINE_TOLERANCE), control)?;
         // If all jumps lie at the same place between two samples, a clock may be off by a sample.
-        if set_clocks(&problem, &mut point, &segments, &all)? {
+        if set_clocks(&problem, &mut point, (&segments, &all), control)? {
             point = self.improve(&problem, point, &locked, (10, FINE_TOLERANCE), control)?;
         }
-        if reassign_misread_segments(&problem, &mut point, &segments)? {
+        if !control.cancelled() && reassign_misread_segments(&problem, &mut point, &segments)? {
             point = self.improve(&problem, point, &locked, (5, FINE_TOLERANCE), control)?;
         }
         self.finish(problem, point)

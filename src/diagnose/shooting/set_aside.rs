@@ -183,7 +183,8 @@ impl Workspace {
         let Fitted {
             problem, mut point, ..
         } = fitted;
-        if reassign_misread_segments(&problem, &mut point, side.segments())? {
+        let may_go_on = !control.cancelled();
+        if may_go_on && reassign_misread_segments(&problem, &mut point, side.segments())? {
             let frozen = if is_held_out { problem.space.len() } else { 0 };
             let locked: Vec<usize> = (0..frozen).collect();
             point = self.improve(&problem, point, &locked, (10, FINE_TOLERANCE), control)?;

@@ -22,7 +22,7 @@ use crate::fit::problem::prepare::{Prepared, default_length, prepare};
 use crate::fit::residual::residual_rows::Sigmas;
 use crate::fit::solve::levenberg_marquardt::{Clock, Plan, improve};
 use crate::fit::solve::point::{Point, settle};
-use crate::fit::{FitError, FitOptions, FreeNuisances, Part};
+use crate::fit::{FitError, FitOptions, FreeNuisances, ParameterChoices, Part};
 use crate::model::Model;
 use crate::sim::StretchSimulator;
 
@@ -47,6 +47,8 @@ pub struct Workspace {
     pub noise_error: f64,
     /// Ids of the baseline's free parameters.
     pub free: Vec<String>,
+    /// What was chosen about parameters.
+    pub choices: ParameterChoices,
     /// The model that the re-tuning started from.
     pub initial_model: Model,
     /// The effect found by the re-tuning without which the baseline is lost.
@@ -81,7 +83,7 @@ impl Workspace {
             return Err(DiagnoseError::NoRecording);
         }
         let lone = train.iter().all(|p| p.recording.cantilever.is_none()) || !model.has_cantilever;
-        let free = free_parameters(model, lone);
+        let free = options.choices.free_ids(free_parameters(model, lone));
         // One length for all models, so that all are compared on the same segments.
         let simulation = crate::sim::Options {
             tolerance: options.tolerance,
@@ -90,6 +92,7 @@ impl Workspace {
         let longest = default_length(&StretchSimulator::new(model, &simulation)?, lone);
         let fit = FitOptions {
             free: free.clone(),
+            known: options.choices.known.clone(),
             longest: Some(longest),
             nuisances: FreeNuisances {
                 offsets: true,
@@ -119,7 +122,10 @@ impl Workspace {
         let mut held_out = if held_out.is_empty() {
             None
         } else {
-            Some(side(held_out, &assumptions.hovering.1)?)
+            Some(with_frozen_parameters(side(
+                held_out,
+                &assumptions.hovering.1,
+            )?))
         };
         let picks: [fn(&mut Sigmas) -> &mut f64; 2] = [|s| &mut s.xp, |s| &mut s.xc];
         let mut information = 0.0;
@@ -163,6 +169,7 @@ impl Workspace {
             noise,
             noise_error: information.max(1.0).powf(-0.5),
             free,
+            choices: options.choices.clone(),
             initial_model: model.clone(),
             required_effect: None,
             bounds: structure_bounds(model),
@@ -296,6 +303,12 @@ impl Workspace {
         )?;
         Ok(Fitted::at(problem, point)?)
     }
+}
+
+/// A side on which parameters are frozen: what is known of them counts where they are fitted.
+fn with_frozen_parameters(mut side: Split) -> Split {
+    side.event_free.prepared.problem.known.clear();
+    side
 }
 
 pub(crate) fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {

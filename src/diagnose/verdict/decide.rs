@@ -2,6 +2,7 @@
 
 use super::abstention::{AbstentionEvidence, attraction_reaches_far, of_displacement};
 use super::adequacy::{Adequacy, breaks};
+use super::known_values;
 use crate::diagnose::comparison::trial::{ModelState, SelectionResult};
 use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::diagnosis::Verdict;
@@ -89,6 +90,9 @@ pub fn decide(
             findings.extend(evidence.further_inadequacy());
         }
         findings.extend(evidence.first_refusal());
+    }
+    if findings.is_empty() && !grounds.by_hand {
+        findings.extend(known_values::finding(&found.state.train)?);
     }
     let verdict = verdict(named || !contact_laws.is_empty(), &findings);
     let mut refused = Vec::new();

@@ -6,3 +6,4 @@
 pub(super) mod abstention;
 pub(super) mod adequacy;
 pub(super) mod decide;
+pub mod known_values;

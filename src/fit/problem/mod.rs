@@ -6,6 +6,7 @@ pub(crate) mod linearize;
 mod measured_motion;
 pub mod parameter_space;
 pub mod prepare;
+pub(crate) mod prior_rows;
 pub(crate) mod segment_fit;
 
 pub use self::linearize::{COORDINATE_STEP, Jacobian, Reduced};
@@ -21,6 +22,7 @@ use super::residual::residual_rows::{Nuisances, Row, SegmentContext, Sigmas, row
 use super::segment::Segment;
 use super::segment::voltage_track::Track;
 use crate::fit::residual::residuals::residuals;
+use crate::model::preset::known_value::KnownValue;
 use crate::recording::Recording;
 use crate::sim::{Options, SimError, StretchSimulator, Stretcher};
 
@@ -76,6 +78,8 @@ pub struct Problem {
     pub data: Vec<Data>,
     /// The nuisances, after the parameters in the vector of unknowns.
     pub nuisances: Vec<FreeNuisance>,
+    /// What is known of the parameters beforehand.
+    pub known: Vec<KnownValue>,
     /// Tolerance of the simulations.
     pub options: Options,
 }
@@ -185,20 +189,6 @@ impl Problem {
     /// Kinds of a segment's rows.
     pub fn rows(&self, segment: &Segment) -> Vec<Row> {
         rows(segment, &self.context(segment, &[]))
-    }
-
-    /// Residuals of the nuisances' priors: index of the unknown, slope, value.
-    pub fn priors(&self, x: &[f64]) -> Vec<(usize, f64, f64)> {
-        let first = self.space.len();
-        self.nuisances
-            .iter()
-            .enumerate()
-            .filter(|(_, n)| n.sigma.is_finite())
-            .map(|(i, n)| {
-                let slope = n.unit / n.sigma;
-                (first + i, slope, slope * x[first + i] - n.mean / n.sigma)
-            })
-            .collect()
     }
 
     /// Writes the residuals of one segment to `out`; false if it cannot be simulated.

@@ -52,10 +52,11 @@ pub struct Space {
 }
 
 impl Space {
-    /// For the parameters `free` of `model`.
+    /// For the parameters `free` of `model`. There may be none: then only what belongs to the
+    /// recordings is estimated.
     ///
     /// # Errors
-    /// [`FitError`] for an unknown id, one without bearing on the device, or none at all.
+    /// [`FitError`] for an unknown id or one without bearing on the device.
     pub fn new(model: &Model, free: &[String]) -> Result<Self, FitError> {
         let mut entries: Vec<Entry> = Vec::new();
         for id in free {
@@ -63,10 +64,6 @@ impl Space {
             if entries.iter().all(|e| e.id != id) {
                 entries.push(entry(id, spec));
             }
-        }
-        // The film's coordinates build on dp, whatever the order asked for.
-        if entries.is_empty() {
-            return Err(FitError::NothingFree);
         }
         Ok(Self {
             base: model.clone(),
@@ -120,7 +117,7 @@ impl Space {
         self.entries.len()
     }
 
-    /// Never true.
+    /// Whether no parameter is moved.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
@@ -374,7 +371,8 @@ mod tests {
         assert!((after.0 / before.0 - 1.0).abs() < 3e-3, "{after:?}");
         assert!((after.1 / before.1 - 1.0).abs() < 3e-3, "{after:?}");
         assert!(after.1 < 1.01 * before.1 && there.get("eta") < model.get("eta"));
-        assert!(Space::new(&model, &[]).is_err());
+        let empty = Space::new(&model, &[]).unwrap();
+        assert!(empty.is_empty() && empty.model(&[]) == model);
         assert!(Space::new(&model, &["nonsense".to_owned()]).is_err());
     }
 }

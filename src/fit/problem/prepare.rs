@@ -16,6 +16,7 @@ use crate::fit::segment::voltage_track::Track;
 use crate::fit::thresholds::GROUND_LAW_NOISE_SHARE;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
+use crate::model::preset::known_value::KnownValue;
 use crate::recording::Recording;
 use crate::sim::{Options, SimError, StretchSimulator};
 
@@ -46,10 +47,13 @@ pub fn prepare(
         ..Options::default()
     };
     let simulator = StretchSimulator::new(model, &simulation)?;
+    // What is known of a parameter that is held says nothing of the recordings.
+    let is_free = |known: &&KnownValue| space.position(&known.id).is_some();
     let mut problem = Problem {
         space: space.clone(),
         data: Vec::with_capacity(parts.len()),
         nuisances: Vec::new(),
+        known: options.known.iter().filter(is_free).cloned().collect(),
         options: simulation,
     };
     let mut segments = Vec::new();

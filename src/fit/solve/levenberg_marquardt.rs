@@ -174,6 +174,9 @@ fn descend(
     clock: &mut Clock,
 ) -> Result<Point, SimError> {
     let n = problem.unknowns();
+    if control.cancelled() {
+        return Ok(point);
+    }
     // Damping after Nielsen (1999): it follows the ratio of actual and predicted fall of the cost.
     let (mut damping, mut growth) = (1e-4, 2.0);
     let mut huber = fixed.map_or_else(|| threshold(problem, &point), Ok)?;

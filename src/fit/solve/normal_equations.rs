@@ -4,6 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::fit::problem::huber::Huber;
+use crate::fit::problem::prior_rows::PriorRow;
 use crate::fit::problem::{Problem, Reduced};
 
 /// Largest step of a parameter's coordinate (a factor of e on a logarithm).
@@ -30,12 +31,25 @@ pub fn normal_equations(
             }
         }
     }
-    for (i, slope, value) in problem.priors(x) {
-        let w = huber.root_weight(value).powi(2);
-        normal[(i, i)] += w * slope * slope;
-        gradient[i] += w * slope * value;
+    for row in problem.prior_rows(x) {
+        add_row(&mut normal, &mut gradient, &row, row.weight(huber));
     }
     (normal, gradient)
+}
+
+/// Adds a row of its own to normal equations, `weight` times.
+pub(crate) fn add_row(
+    normal: &mut DMatrix<f64>,
+    gradient: &mut DVector<f64>,
+    row: &PriorRow,
+    weight: f64,
+) {
+    for &(i, a) in &row.slopes {
+        gradient[i] += weight * a * row.value;
+        for &(j, b) in &row.slopes {
+            normal[(i, j)] += weight * a * b;
+        }
+    }
 }
 
 /// Damped step within the bounds. A parameter that would leave them stops at its bound, one that

@@ -117,7 +117,7 @@ pub(super) fn at(
 ) -> Result<Option<Point>, SimError> {
     let simulator = problem.simulator(x)?;
     let states = problem.states(x, &simulator, segments);
-    let priors: f64 = problem.priors(x).iter().map(|p| huber.cost(p.2)).sum();
+    let priors = problem.prior_cost(x, huber);
     // A segment that cannot be simulated counts as a bad fit, so that it does not pay.
     let cost_of = |cost: f64, segment: &Segment| {
         if cost.is_finite() {

@@ -11,9 +11,10 @@ use super::sandwich_covariance::{sandwich_inflation, segment_gradients, with_obs
 use super::stored_matrix;
 use crate::fit::error::FitError;
 use crate::fit::problem::prepare::Prepared;
+use crate::fit::problem::prior_rows::known_row;
 use crate::fit::recipes::recording_for;
 use crate::fit::residual::residual_rows::Row;
-use crate::fit::solve::normal_equations::normal_equations;
+use crate::fit::solve::normal_equations::{add_row, normal_equations};
 use crate::fit::solve::point::{Point, residuals_at, threshold};
 use crate::fit::thresholds::{
     BAD_FIT_CHI2, EXTREME_CORRELATION, MAX_FOLLOWED_NOISE_RATIO, MAX_SET_ASIDE_SHARE,
@@ -113,7 +114,12 @@ pub(crate) fn uncertainty(
     let n = space.len();
     let huber = threshold(problem, point)?;
     let reduced = problem.linearize(&point.x, &point.segments, &point.used, huber, &[])?;
-    let (normal, _) = normal_equations(problem, &point.x, &reduced, huber);
+    let (mut normal, mut gradient) = normal_equations(problem, &point.x, &reduced, huber);
+    // The misfit widens what the recordings tell, not what is known beforehand.
+    for known in &problem.known {
+        let row = known_row(space, known, &point.x);
+        add_row(&mut normal, &mut gradient, &row, chi2.max(1.0) - 1.0);
+    }
     let linearized = inverse(&normal);
     let wider = sandwich_inflation(&linearized, segment_gradients(&reduced), chi2);
     let covariance = with_observed_curvature(problem, point, huber, linearized * chi2.max(1.0))?;
@@ -168,14 +174,7 @@ pub(crate) fn uncertainty(
         })
         .collect();
     let relative = DMatrix::from_fn(n, n, |i, j| of_values[(i, j)] / (units[i] * units[j]));
-    let eigen = SymmetricEigen::new(relative);
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-    let fisher_values = order
-        .iter()
-        .map(|&i| 1.0 / eigen.eigenvalues[i].max(1e-300))
-        .collect();
-    let fisher_vectors = DMatrix::from_fn(n, n, |i, j| eigen.eigenvectors[(i, order[j])]);
+    let (fisher_values, fisher_vectors) = fisher(relative);
     // Whether a parameter has any effect, if the others stay where they are.
     let range = |i: usize| space.entries[i].high - space.entries[i].low;
     let bears: Vec<bool> = (0..n)
@@ -193,6 +192,24 @@ pub(crate) fn uncertainty(
         held_out: None,
         cancelled: false,
     })
+}
+
+/// Eigenvalues of the inverse of a covariance, largest first, and its eigenvectors, one a column. Both
+/// are empty without parameters.
+fn fisher(covariance: DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
+    let n = covariance.nrows();
+    if n == 0 {
+        return (Vec::new(), covariance);
+    }
+    let eigen = SymmetricEigen::new(covariance);
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
+    let values = order
+        .iter()
+        .map(|&i| 1.0 / eigen.eigenvalues[i].max(1e-300))
+        .collect();
+    let vectors = DMatrix::from_fn(n, n, |i, j| eigen.eigenvectors[(i, order[j])]);
+    (values, vectors)
 }
 
 fn remarks(

@@ -2,6 +2,7 @@
 //! and whether the recordings agree on one device.
 
 pub mod confidence_interval;
+pub mod contradiction;
 pub(super) mod device_consistency;
 pub(crate) mod fit_result;
 pub mod identifiability;

@@ -7,6 +7,9 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 /// the data do not determine get a very large variance.
 pub(crate) fn inverse(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let n = normal.nrows();
+    if n == 0 {
+        return normal.clone();
+    }
     let scale = DVector::from_fn(n, |i, _| 1.0 / normal[(i, i)].max(1e-200).sqrt());
     let scaled = DMatrix::from_fn(n, n, |i, j| normal[(i, j)] * scale[i] * scale[j]);
     let eigen = SymmetricEigen::new(scaled);

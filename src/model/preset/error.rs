@@ -29,6 +29,12 @@ pub(super) struct Source<'a> {
 }
 
 impl Source<'_> {
+    /// Whether there is such a section.
+    pub(super) fn has_section(&self, section: &str) -> bool {
+        let head = format!("[{section}]");
+        self.text.lines().any(|line| line.trim().starts_with(&head))
+    }
+
     /// Line of `key = ...` inside `[section]` (the `nth` of that name, from 0), or of
     /// the section, or 1.
     fn line(&self, section: &str, nth: usize, key: &str) -> usize {
@@ -54,7 +60,7 @@ impl Source<'_> {
             }
             let named = line
                 .split_once('=')
-                .is_some_and(|(name, _)| name.trim() == key);
+                .is_some_and(|(name, _)| name.trim().trim_matches('"') == key);
             if current == section && named && (section.is_empty() || seen == nth + 1) {
                 return i + 1;
             }

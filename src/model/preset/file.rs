@@ -26,6 +26,8 @@ pub(super) struct File {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) ranges: BTreeMap<String, (f64, f64)>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) known: BTreeMap<String, (f64, f64)>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) effects: BTreeMap<String, BTreeMap<String, f64>>,
     pub(super) mode: Vec<ModeEntry>,
 }

@@ -9,6 +9,7 @@ const TOP_KEYS: &[&str] = &[
     "piezo",
     "parameters",
     "ranges",
+    "known",
     "effects",
     "mode",
 ];

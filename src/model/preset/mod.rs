@@ -3,6 +3,7 @@
 mod error;
 mod file;
 mod keys;
+pub mod known_value;
 mod read;
 #[cfg(test)]
 mod tests;
@@ -15,7 +16,10 @@ pub use self::error::PresetError;
 
 use self::error::Source;
 use self::file::{Device, FORMAT, File, ModeEntry, Start};
-use self::read::{read_bounce, read_effects, read_modes, read_parameters, read_ranges};
+use self::known_value::{KnownValue, device_parameter};
+use self::read::{
+    read_bounce, read_effects, read_known, read_modes, read_parameters, read_ranges,
+};
 use self::toml_fault::{TomlFault, short_key};
 use super::Model;
 use super::drive::Waveform;
@@ -53,6 +57,8 @@ pub struct Preset {
     pub model: Model,
     /// Slider ranges that differ from the table's.
     pub ranges: BTreeMap<ParameterId, (f64, f64)>,
+    /// What is known of its parameters beforehand, by id.
+    pub known: Vec<KnownValue>,
 }
 
 impl Default for Preset {
@@ -184,6 +190,7 @@ impl Preset {
             drive: read.start.drive.clone(),
             duration,
             ranges: read_ranges(&source, &read)?,
+            known: read_known(&source, &read, &model)?,
             model,
         })
     }
@@ -211,6 +218,13 @@ impl Preset {
                 .ranges
                 .iter()
                 .map(|(id, range)| (id.spec().id.to_owned(), *range))
+                .collect(),
+            // Of an effect that is off now nothing is known: the text could not be read again.
+            known: self
+                .known
+                .iter()
+                .filter(|known| device_parameter(model, &known.id).is_ok())
+                .map(|known| (known.id.clone(), (known.value, known.std_error)))
                 .collect(),
             effects: model
                 .effects

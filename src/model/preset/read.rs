@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use super::error::{PresetError, Source};
 use super::file::File;
+use super::known_value::KnownValue;
+use crate::model::Model;
 use crate::model::effects;
 use crate::model::effects::ActiveEffect;
 use crate::model::ground::{BounceRule, StickSpeed};
@@ -143,6 +145,32 @@ pub(super) fn read_ranges(
         ranges.insert(id, (low, high));
     }
     Ok(ranges)
+}
+
+pub(super) fn read_known(
+    source: &Source<'_>,
+    read: &File,
+    model: &Model,
+) -> Result<Vec<KnownValue>, PresetError> {
+    let mut known: Vec<KnownValue> = Vec::new();
+    for (key, &value) in &read.known {
+        let fail = |reason: String| {
+            // One line at the beginning, or a section of its own.
+            if source.has_section("known") {
+                source.invalid("known", 0, key, reason)
+            } else {
+                source.invalid("", 0, "known", format!("{key}: {reason}"))
+            }
+        };
+        let one = KnownValue::new(model, key, value).map_err(|error| fail(error.reason))?;
+        if known.iter().any(|other| other.id == one.id) {
+            return Err(fail("it is given twice".to_owned()));
+        }
+        known.push(one);
+    }
+    // Sorted as they are written, by their whole ids.
+    known.sort_by(|a, b| a.id.cmp(&b.id));
+    Ok(known)
 }
 
 pub(super) fn read_effects(

@@ -20,6 +20,67 @@ fn embedded_presets_are_sound_and_come_back_from_text() {
 }
 
 #[test]
+fn known_values_are_read_in_either_form_and_come_back_from_text() {
+    let text = EMBEDDED[0].1;
+    let one_line = text.replacen(
+        "format = 1\n",
+        "format = 1\nknown = { zeta1 = [0.026, 1e-3], Cs = [1.7e-21, 2e-22] }\n",
+        1,
+    );
+    let section = format!("{text}\n[known]\nzeta1 = [0.026, 1e-3]\nCs = [1.7e-21, 2e-22]\n");
+    let (a, b) = (
+        Preset::parse("a", &one_line).unwrap(),
+        Preset::parse("b", &section).unwrap(),
+    );
+    assert_eq!(a, b);
+    assert_eq!(a.known.len(), 2);
+    assert_eq!(
+        (a.known[0].id.as_str(), a.known[0].std_error),
+        ("Cs", 2e-22)
+    );
+    assert_eq!(Preset::parse("again", &a.to_toml()).unwrap(), a);
+    // Gravity is known where a preset comes with it.
+    let faller = Preset::embedded("faller").unwrap();
+    let g = &faller.known[0];
+    assert_eq!((g.id.as_str(), g.value), ("gravity.g", 9.80665));
+    assert!((g.std_error / g.value - 0.005).abs() < 1e-4);
+}
+
+#[test]
+fn faults_of_known_values_are_named_with_their_line() {
+    let text = EMBEDDED[0].1;
+    let last = text.lines().count() + 3;
+    for (line, key, part) in [
+        ("zeta3 = [0.1, 0.1]", "zeta3", "no such parameter"),
+        ("zeta1 = [0.026, 0.0]", "zeta1", "above 0"),
+        ("alpha = [1.5, 0.1]", "alpha", "is above"),
+        ("noise = [1e-8, 1e-9]", "noise", "belongs to the recording"),
+        (
+            "\"gravity.g\" = [9.81, 0.05]",
+            "gravity.g",
+            "no such parameter",
+        ),
+    ] {
+        let section = format!("{text}\n[known]\n{line}\n");
+        let said = Preset::parse("bad.toml", &section).unwrap_err().to_string();
+        let place = format!("line {last}: {key}: ");
+        assert!(said.contains(&place) && said.contains(part), "{said}");
+        let one_line = text.replacen(
+            "format = 1\n",
+            &format!("format = 1\nknown = {{ {line} }}\n"),
+            1,
+        );
+        let said = Preset::parse("bad.toml", &one_line)
+            .unwrap_err()
+            .to_string();
+        assert!(said.contains("known: ") && said.contains(part), "{said}");
+        assert!(!said.contains("line 1:"), "{said}");
+    }
+    let no_error = format!("{text}\n[known]\nzeta1 = 0.026\n");
+    assert!(Preset::parse("bad.toml", &no_error).is_err());
+}
+
+#[test]
 fn a_fault_in_a_line_of_half_a_megabyte_is_said_in_a_short_line() {
     let long = "x".repeat(467_000);
     let text = EMBEDDED[0].1;

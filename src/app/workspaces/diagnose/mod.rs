@@ -5,6 +5,7 @@
 mod candidate;
 mod colors;
 pub mod figures;
+mod options;
 mod sealed_trial;
 mod sealed_truth;
 mod step1_recordings;

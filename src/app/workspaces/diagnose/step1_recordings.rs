@@ -2,6 +2,7 @@
 
 use eframe::egui::{Align, Frame, Label, Layout, RichText, Sense, Ui, vec2};
 
+use super::options;
 use super::words::scrolled;
 use crate::app::analysis::{recording_noise, recording_roles};
 use crate::app::flows::load_example;
@@ -19,6 +20,7 @@ use crate::model::unit::format_quantity;
 pub fn show(ui: &mut Ui, state: &mut State) {
     scrolled(ui, "diagnose recordings", |ui| {
         device(ui, state);
+        options::show(ui, state);
         list(ui, state);
         ui.add_space(4.0);
         sources(ui, state);

@@ -168,7 +168,7 @@ fn notes(ui: &mut Ui, state: &mut State, answer: &Answer) {
                 .on_hover_text("Show the result for the effects chosen by hand");
         }
         if d.cancelled {
-            let text = small("Cancelled: these are the results so far.");
+            let text = small("Ended early: these are the results so far.");
             ui.label(text.color(ui.visuals().warn_fg_color));
         }
         if let Some(differences) = state.diagnosing.differences(&state.setup) {

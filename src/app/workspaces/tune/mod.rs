@@ -3,7 +3,7 @@
 
 pub(crate) mod differences;
 pub mod drive;
-mod fit;
+pub(crate) mod fit;
 mod kept_curves;
 mod misfit_line;
 mod parameters;

@@ -100,7 +100,7 @@ fn summary(page: &mut Page, d: &Diagnosis) {
     }
     page.raw("</dl>\n");
     if d.cancelled {
-        page.paragraph("Cancelled: this is what was found so far.");
+        page.paragraph("Ended early: this is what was found so far.");
     }
     page.raw("</header>\n");
 }

@@ -2,21 +2,24 @@
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use std::time::Duration;
 
 use eframe::egui::accesskit::Role as Kind;
 use egui_kittest::kittest::Queryable;
 
 use super::support::{answered, empty, with};
 use super::{harness, harness_of, press, says};
-use crate::app::analysis::diagnosis::obstacle;
+use crate::app::analysis::diagnosis::{obstacle, options};
 use crate::app::analysis::diagnosis_answer::Asked;
 use crate::app::analysis::diagnosis_view::{EventPlot, Evidence};
 use crate::app::setup::command::Command;
-use crate::app::setup::current_setup::choose_preset;
+use crate::app::setup::current_setup::{ParameterChoice, choose_preset};
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::overlay::Role;
 use crate::app::setup::workspace_id::WorkspaceId;
 use crate::diagnose::report::fixture;
+use crate::fit::ParameterChoices;
+use crate::model::effects::{ActiveEffect, find};
 use crate::model::preset::Preset;
 
 #[test]
@@ -36,6 +39,83 @@ fn recordings_named_held_out_are_held_out_by_default() {
     let asked = Asked::of(&harness.state().setup, None);
     assert_eq!(asked.find("held-out-1.csv").unwrap().role, Role::HeldOut);
     assert_eq!(asked.find("b.csv").unwrap().role, Role::Train);
+}
+
+#[test]
+fn options_are_chosen_by_name_and_reach_the_diagnosis() {
+    let mut state = with(&["a.csv", "b.csv"]);
+    let gravity = find("gravity").unwrap();
+    state
+        .setup
+        .preset
+        .model
+        .effects
+        .push(ActiveEffect::new(gravity));
+    let mut harness = harness(state);
+    let usual = options(&harness.state().setup, None).unwrap();
+    assert!(usual.candidates.is_empty() && usual.budget.is_none());
+    assert_eq!(usual.choices, ParameterChoices::default());
+    // By name alone, as from a keyboard or a screen reader.
+    let mut choose = |names: &[&str]| {
+        for name in names {
+            harness.get_by_label(name).click_accesskit();
+            harness.run_steps(20);
+        }
+        options(&harness.state().setup, None)
+    };
+    let nothing = choose(&[
+        "Options",
+        "limit the time",
+        "Effects compared: all",
+        "compare no effect",
+    ]);
+    assert!(nothing.unwrap_err().contains("Tick one"));
+    let asked = choose(&[
+        "dry friction",
+        "Parameters: as usual",
+        "Cs: held",
+        "f1: known",
+        "gravity.g: free",
+    ]);
+    let asked = asked.unwrap();
+    assert!(says(&harness, "Options (5 chosen)"));
+    assert_eq!(asked.candidates, ["dry_friction"]);
+    assert_eq!(asked.budget, Some(Duration::from_secs(60)));
+    assert!(asked.choices.is_fixed("Cs"));
+    assert_eq!(asked.choices.also_free, ["gravity.g"]);
+    let known = &asked.choices.known[0];
+    assert_eq!((known.id.as_str(), known.value), ("f1", 623.0));
+    assert!((known.std_error - 6.23).abs() < 1e-9);
+    // An answer to other options is out of date.
+    let mut state = answered(fixture::drag());
+    assert_eq!(state.diagnosing.differences(&state.setup), None);
+    state.setup.diagnosis.longest = Some(5.0);
+    let said = state.diagnosing.differences(&state.setup).unwrap();
+    assert!(said.contains("options have changed"), "{said}");
+}
+
+#[test]
+fn what_the_preset_knows_and_what_is_locked_reach_the_diagnosis() {
+    let faller = Preset::embedded("faller").unwrap();
+    let mut state = with(&["a.csv"]);
+    choose_preset(&mut state.setup, &faller);
+    let asked = options(&state.setup, None).unwrap();
+    assert_eq!(asked.choices.known, faller.known);
+    state.setup.locked.insert("gravity.g".to_owned());
+    let asked = options(&state.setup, None).unwrap();
+    assert!(asked.choices.known.is_empty() && asked.choices.is_fixed("gravity.g"));
+    // A bad error is refused in words.
+    let bad = ParameterChoice::Known {
+        value: 9.81,
+        std_error: 0.0,
+    };
+    let all = &mut state.setup.diagnosis.parameters;
+    all.insert("gravity.g".to_owned(), bad);
+    let said = options(&state.setup, None).unwrap_err();
+    assert!(
+        said.contains("gravity.g") && said.contains("above 0"),
+        "{said}"
+    );
 }
 
 #[test]

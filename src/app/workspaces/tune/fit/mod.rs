@@ -1,7 +1,7 @@
 //! The fit panel: choose parameters and recordings, run a fit on another thread, and see the
 //! result. Nothing is applied without being asked for.
 
-mod choose;
+pub(crate) mod choose;
 mod figures;
 mod picture;
 mod profile;

@@ -18,7 +18,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         return;
     };
     if result.cancelled {
-        ui.label("Cancelled: this is the best so far.");
+        ui.label("Ended early: this is the best so far.");
     }
     if let Some(differences) = state.fitting.differences(&state.setup) {
         ui.label(small(differences).color(ui.visuals().warn_fg_color));
