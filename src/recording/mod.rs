@@ -5,7 +5,7 @@
 //! Everything in it is SI. One file per format reads it ([`csv`]); [`align`] lays
 //! it over a simulation, [`compare`] measures what is left, [`noise`] says how
 //! much of that is noise, [`events`] finds the impacts and [`features`] the
-//! numbers of Table A.1.
+//! numbers of Table A.1. [`instrument_faults`] says which readings are not the device's.
 
 pub mod align;
 pub(crate) mod assemble;
@@ -16,6 +16,7 @@ pub mod events;
 pub mod experiment_setup;
 pub mod features;
 pub(crate) mod grid;
+pub mod instrument_faults;
 pub mod lag;
 pub mod level;
 pub mod level_change;
@@ -42,6 +43,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use self::experiment_setup::{DriveSource, InstrumentUnknowns};
+use self::instrument_faults::{InstrumentFaults, find_faults, without_unusable};
 use self::measured_drive::{MeasuredDrive, measured_drive};
 use self::noise::{NoiseError, NoiseEstimate, estimate_noise};
 use crate::model::drive::{DriveError, DriveReading};
@@ -149,6 +151,10 @@ struct Derived {
     drives: [OnceLock<Option<DriveResult>>; DriveReading::ALL.len()],
     /// Noise of each channel, in the order of [`Channel::ALL`].
     noise: [OnceLock<Result<NoiseEstimate, NoiseError>>; 3],
+    /// Faults of the instrument.
+    faults: OnceLock<Arc<InstrumentFaults>>,
+    /// The recording without unusable readings; `None` if it has none.
+    usable: OnceLock<Option<Arc<Recording>>>,
 }
 
 impl Clone for Derived {
@@ -416,6 +422,31 @@ impl Recording {
     #[must_use]
     pub fn noise(&self, channel: Channel) -> Option<NoiseEstimate> {
         self.estimate_noise(channel).ok()
+    }
+
+    /// Faults of the instrument. Looked for once.
+    #[must_use]
+    pub fn instrument_faults(&self) -> &InstrumentFaults {
+        self.derived
+            .faults
+            .get_or_init(|| Arc::new(find_faults(self)))
+    }
+
+    /// This recording for fit and diagnosis: NaN at samples that are no readings of the device
+    /// ([`InstrumentFaults::unusable_samples`]), and the faults that were found here. The same recording
+    /// if it has none. What is drawn is this recording.
+    #[must_use]
+    pub fn usable(self: &Arc<Self>) -> Arc<Self> {
+        let usable = self.derived.usable.get_or_init(|| {
+            let copy = without_unusable(self, self.instrument_faults())?;
+            if let Some(faults) = self.derived.faults.get() {
+                // The copy shows the faults as missing readings.
+                copy.derived.faults.get_or_init(|| Arc::clone(faults));
+            }
+            copy.derived.usable.get_or_init(|| None);
+            Some(Arc::new(copy))
+        });
+        usable.as_ref().map_or_else(|| Arc::clone(self), Arc::clone)
     }
 
     /// The recorded voltage as samples of a drive, `(times [s], volts [V])` without missing
