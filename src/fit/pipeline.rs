@@ -141,6 +141,8 @@ pub(super) fn fitted(
         }
     }
     result.remarks.extend(doubts);
+    let all: Vec<Part> = train.iter().chain(held_out).cloned().collect();
+    result.remarks.extend(Part::fault_sentences(&all));
     Ok(Fitted {
         result,
         prepared,

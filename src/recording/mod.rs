@@ -438,12 +438,15 @@ impl Recording {
     #[must_use]
     pub fn usable(self: &Arc<Self>) -> Arc<Self> {
         let usable = self.derived.usable.get_or_init(|| {
-            let copy = without_unusable(self, self.instrument_faults())?;
+            let mut copy = without_unusable(self, self.instrument_faults())?;
             if let Some(faults) = self.derived.faults.get() {
                 // The copy shows the faults as missing readings.
                 copy.derived.faults.get_or_init(|| Arc::clone(faults));
             }
             copy.derived.usable.get_or_init(|| None);
+            if self.instrument_faults().unusable_samples(Channel::Voltage).is_empty() {
+                copy.derived.drives.clone_from(&self.derived.drives);
+            }
             Some(Arc::new(copy))
         });
         usable.as_ref().map_or_else(|| Arc::clone(self), Arc::clone)
