@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::reading::ReadingArguments;
 use super::watch::watched;
 use super::{Failure, interrupt, output, read};
 use crate::diagnose::report;
@@ -21,6 +22,8 @@ pub struct Arguments {
     /// Held-out recording, used to check the answer; repeatable
     #[arg(long, value_name = "FILE")]
     held_out: Vec<PathBuf>,
+    #[command(flatten)]
+    reading: ReadingArguments,
     /// File for the answer as JSON; - for standard output, then without the summary
     #[arg(long, value_name = "F")]
     json: Option<PathBuf>,
@@ -42,7 +45,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let inputs = [&args.recordings[..], &args.held_out].concat();
     let mut results = output::ready(&outputs, &inputs)?;
     let split = args.held_out.is_empty();
-    let (train, held_out) = read::both_sides(&args.recordings, &args.held_out)?;
+    let (train, held_out) = read::both_sides(&args.recordings, &args.held_out, &args.reading)?;
     let mut answer = watched(&preset.model, &train, &held_out)?;
     if split {
         answer

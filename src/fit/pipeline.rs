@@ -2,7 +2,7 @@
 //! held-out recordings.
 
 use super::error::FitError;
-use super::inspect::preconditions::{check, check_fit};
+use super::inspect::preconditions::{check, check_fit, or_connections};
 use super::inspect::recording_summary::summarize;
 use super::options::{FitOptions, Part};
 use super::problem::parameter_space::Space;
@@ -95,7 +95,8 @@ pub(super) fn fitted(
     let model = &sound;
     model.check()?;
     let summaries = summarize(model, train);
-    check(model, train, &summaries, options)?;
+    let checked = check(model, train, &summaries, options);
+    or_connections(checked, model, train)?;
     for part in held_out {
         let one = std::slice::from_ref(part);
         // A held-out part need not touch the ground.

@@ -432,6 +432,12 @@ impl Recording {
             .get_or_init(|| Arc::new(find_faults(self)))
     }
 
+    /// The same if they were looked for already.
+    #[must_use]
+    pub fn known_faults(&self) -> Option<&InstrumentFaults> {
+        self.derived.faults.get().map(|faults| &**faults)
+    }
+
     /// This recording for fit and diagnosis: NaN at samples that are no readings of the device
     /// ([`InstrumentFaults::unusable_samples`]), and the faults that were found here. The same recording
     /// if it has none. What is drawn is this recording.

@@ -84,19 +84,23 @@ pub const FRINGE_SIDE_SAMPLES: usize = 6;
 /// A jump exceeds so many standard deviations of the noise. The parabolas' ends are good to 2.3
 /// together.
 pub const FRINGE_SIGMAS: f64 = 14.0;
+/// A jump exceeds so many times what a tenth of the steps differ from their neighbours \[-\]: noise has 3.7 standard deviations there.
+pub const FRINGE_USUAL_STEPS: f64 = 4.0;
 /// What the parabolas leave, as a share of the jump at most \[-\], beyond twice the noise.
 pub const FRINGE_MAX_MISFIT: f64 = 0.08;
 /// Change of the slope over a sample, as a share of the jump at most \[-\], beyond the noise. An impact has twice
 /// the jump that its parabolas leave.
 pub const FRINGE_MAX_TURN: f64 = 0.25;
 /// A jump exceeds so many times what a step differs from its neighbours around it \[-\].
-pub const FRINGE_MIN_PROMINENCE: f64 = 2.5;
+pub const FRINGE_MIN_PROMINENCE: f64 = 3.0;
 /// A jump may differ from a multiple of the common size by this share of it, beyond the noise \[-\].
 pub const FRINGE_ALIKE: f64 = 0.15;
 /// Largest multiple that still shows: 8 times 0.15 is more than one.
 pub const FRINGE_MAX_MULTIPLE: f64 = 4.0;
 /// A single jump is so many times larger than the least of several: nothing else confirms it.
 pub const LONE_JUMP_FACTOR: f64 = 2.0;
+/// And it stands out so many times from the steps around it \[-\]: an impact within a fast vibration has 2.6.
+pub const LONE_JUMP_PROMINENCE: f64 = 6.0;
 /// Share of the jumps that are multiples \[-\]: the rest are events read wrongly.
 pub const FRINGE_MIN_AGREEMENT: f64 = 0.8;
 /// Speed in a sample from which the mass moves \[noise of a sample\].

@@ -7,11 +7,11 @@
 use crate::recording::instrument_faults::fault::FaultKind;
 use crate::recording::instrument_faults::signal::{Found, Signal};
 use crate::recording::instrument_faults::thresholds::{
-    LONE_JUMP_FACTOR, FRINGE_ALIKE, FRINGE_MAX_MULTIPLE, FRINGE_MAX_MISFIT, FRINGE_MAX_TURN,
-    FRINGE_MIN_AGREEMENT, FRINGE_MIN_PROMINENCE, FRINGE_MIN_SPEED_SIGMAS, FRINGE_SIDE_SAMPLES, FRINGE_SIGMAS,
+    LONE_JUMP_FACTOR, LONE_JUMP_PROMINENCE, FRINGE_ALIKE, FRINGE_MAX_MULTIPLE, FRINGE_MAX_MISFIT, FRINGE_MAX_TURN,
+    FRINGE_MIN_AGREEMENT, FRINGE_MIN_PROMINENCE, FRINGE_MIN_SPEED_SIGMAS, FRINGE_SIDE_SAMPLES, FRINGE_SIGMAS, FRINGE_USUAL_STEPS,
     MIN_NOISE_SHARE_OF_SPAN,
 };
-use crate::recording::{Channel, median_in_place};
+use crate::recording::{Channel, median_in_place, quantile_in_place};
 
 /// A step between sample `at` and the next.
 struct Jump {
@@ -20,6 +20,8 @@ struct Jump {
     size: f64,
     /// Speed there, per sample.
     speed: f64,
+    /// Size over what steps differ from their neighbours around it.
+    prominence: f64,
 }
 
 /// Fringe jumps. The size is that of which all are multiples. What follows is shifted, and not
@@ -32,8 +34,9 @@ pub fn find(signal: &Signal<'_>) -> Option<Found> {
     // Steps of the recorder are no jumps.
     let lattice = signal.lattice().min(signal.span());
     let rounding = MIN_NOISE_SHARE_OF_SPAN * signal.span();
-    let least = FRINGE_SIGMAS * sigma.max(rounding).max(lattice / 12f64.sqrt());
     let values = &signal.values;
+    let least = (FRINGE_SIGMAS * sigma.max(rounding).max(lattice / 12f64.sqrt()))
+        .max(FRINGE_USUAL_STEPS * usual_steps(values));
     let mut jumps: Vec<Jump> = Vec::new();
     for at in FRINGE_SIDE_SAMPLES - 1..values.len().saturating_sub(FRINGE_SIDE_SAMPLES) {
         let near = values[at + 1] - values[at];
@@ -76,12 +79,14 @@ fn jump_at(values: &[f64], at: usize, sigma: f64) -> Option<Jump> {
     let smooth = a.rms <= misfit && b.rms <= misfit && (slope_after - slope_before).abs() <= turn;
     // Parabolas miss the third derivative of a fast motion, which is no step.
     let beyond = beyond_neighbours(values, at);
+    let prominence = beyond.abs() / usual_beyond(values, at);
     let sudden = (beyond - size).abs() <= FRINGE_MAX_TURN * size.abs() + 3.0 * sigma
-        && beyond.abs() > FRINGE_MIN_PROMINENCE * usual_beyond(values, at);
+        && prominence > FRINGE_MIN_PROMINENCE;
     (smooth && sudden).then_some(Jump {
         at,
         size,
         speed: 0.5 * (slope_before + slope_after),
+        prominence,
     })
 }
 
@@ -129,6 +134,16 @@ fn beyond_neighbours(values: &[f64], at: usize) -> f64 {
     step(at) - 0.5 * (step(at - 1) + step(at + 1))
 }
 
+/// The same that a tenth of the samples exceed: noise that is not the same everywhere shows in it. NaN where nothing is known.
+fn usual_steps(values: &[f64]) -> f64 {
+    let all = 1..values.len().saturating_sub(2);
+    let mut beyond: Vec<f64> = all
+        .map(|at| beyond_neighbours(values, at).abs())
+        .filter(|b| b.is_finite())
+        .collect();
+    quantile_in_place(&mut beyond, 0.9)
+}
+
 /// The same around, apart from where the step itself counts: what the motion does there.
 fn usual_beyond(values: &[f64], at: usize) -> f64 {
     let from = (at + 1 - FRINGE_SIDE_SAMPLES).max(1);
@@ -143,7 +158,8 @@ fn common_size(jumps: &[Jump], sigma: f64, lone: f64) -> Option<f64> {
     let smallest = jumps.iter().map(|j| j.size.abs()).reduce(f64::min)?;
     let moving = |j: &&Jump| j.speed.abs() > FRINGE_MIN_SPEED_SIGMAS * sigma;
     if jumps.len() == 1 {
-        let shows = smallest > lone && jumps.iter().all(|j| moving(&j));
+        let stands_out = |j: &Jump| moving(&j) && j.prominence > LONE_JUMP_PROMINENCE;
+        let shows = smallest > lone && jumps.iter().all(stands_out);
         return shows.then_some(smallest);
     }
     let mut alike: Vec<f64> = jumps
