@@ -16,10 +16,7 @@ use crate::recording::csv::import_auto_with;
 ///
 /// # Errors
 /// The first file's that cannot be read; a recording that is named twice.
-pub fn read(
-    paths: &[PathBuf],
-    reading: &ReadingArguments,
-) -> Result<Vec<Arc<Recording>>, Failure> {
+pub fn read(paths: &[PathBuf], reading: &ReadingArguments) -> Result<Vec<Arc<Recording>>, Failure> {
     let factors = reading.factors()?;
     let mut recordings: Vec<Arc<Recording>> = Vec::with_capacity(paths.len());
     for path in paths {
@@ -103,7 +100,8 @@ mod tests {
         };
         assert_eq!(failure.code, 2);
         assert!(failure.error.to_string().contains("has not seen"));
-        let (train, held_out) = both_sides(std::slice::from_ref(&a), &[other], &as_they_are).unwrap();
+        let (train, held_out) =
+            both_sides(std::slice::from_ref(&a), &[other], &as_they_are).unwrap();
         assert_eq!((train[0].samples.len(), held_out[0].samples.len()), (4, 4));
         let (train, held_out) = both_sides(&[a], &[], &as_they_are).unwrap();
         assert_eq!((train[0].samples.len(), held_out[0].samples.len()), (2, 2));

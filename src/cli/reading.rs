@@ -84,7 +84,11 @@ fn factor(text: &str, base: &str) -> Option<f64> {
     let number: f64 = number.parse().ok()?;
     let ratio = match units.split_once('/') {
         Some((now, read)) => {
-            let filled = |unit: &str| Some(unit.trim()).filter(|u| !u.is_empty()).map(str::to_owned);
+            let filled = |unit: &str| {
+                Some(unit.trim())
+                    .filter(|u| !u.is_empty())
+                    .map(str::to_owned)
+            };
             unit_factor(&filled(now)?, base)? / unit_factor(&filled(read)?, base)?
         }
         None if units.is_empty() => 1.0,
@@ -108,7 +112,10 @@ mod tests {
     fn signs_and_scales_multiply() {
         assert_eq!(of(&[], &[]).unwrap(), [1.0; 3]);
         assert_eq!(of(&["xp=-1"], &["V=20V/V"]).unwrap(), [20.0, -1.0, 1.0]);
-        assert_eq!(of(&["V=-1", "xc=1"], &["v=2e1", "xc = -0.5"]).unwrap(), [-20.0, 1.0, -0.5]);
+        assert_eq!(
+            of(&["V=-1", "xc=1"], &["v=2e1", "xc = -0.5"]).unwrap(),
+            [-20.0, 1.0, -0.5]
+        );
         let [_, xp, _] = of(&[], &["xp=1nm/um"]).unwrap();
         assert!((xp / 1e-3 - 1.0).abs() < 1e-12);
     }

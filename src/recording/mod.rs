@@ -9,6 +9,7 @@
 
 pub mod align;
 pub(crate) mod assemble;
+mod channel;
 pub mod compare;
 pub mod csv;
 pub(crate) mod error;
@@ -31,6 +32,7 @@ pub(crate) mod times;
 pub mod velocity;
 
 pub use self::assemble::GAP_FACTOR;
+pub use self::channel::Channel;
 pub use self::error::{ImportError, ImportWarning, WarningKind};
 pub use self::grid::{Grid, TimeAxis};
 pub(crate) use self::statistics::{extremes, median_in_place, median_interval, quantile_in_place};
@@ -39,50 +41,13 @@ pub use self::times::exact_time::ExactTime;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use self::experiment_setup::{DriveSource, InstrumentUnknowns};
-use self::instrument_faults::{InstrumentFaults, find_faults, without_unusable};
+use self::instrument_faults::{Columns, InstrumentFaults, find_faults};
 use self::measured_drive::{MeasuredDrive, measured_drive};
 use self::noise::{NoiseError, NoiseEstimate, estimate_noise};
 use crate::model::drive::{DriveError, DriveReading};
-
-/// One measured quantity of a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Channel {
-    /// The drive voltage \[V\].
-    Voltage,
-    /// Displacement of the proof mass \[m\].
-    ProofMass,
-    /// Displacement of the cantilever's centre \[m\].
-    Cantilever,
-}
-
-impl Channel {
-    /// All channels, in the order in which they are written.
-    pub const ALL: [Channel; 3] = [Channel::Voltage, Channel::ProofMass, Channel::Cantilever];
-
-    /// The symbol used in headers: `V`, `xp`, `xc`.
-    #[must_use]
-    pub fn symbol(self) -> &'static str {
-        match self {
-            Channel::Voltage => "V",
-            Channel::ProofMass => "xp",
-            Channel::Cantilever => "xc",
-        }
-    }
-
-    /// SI unit of the channel.
-    #[must_use]
-    pub fn base_unit(self) -> &'static str {
-        match self {
-            Channel::Voltage => "V",
-            Channel::ProofMass | Channel::Cantilever => "m",
-        }
-    }
-}
 
 /// Why columns of numbers are not a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -427,9 +392,15 @@ impl Recording {
     /// Faults of the instrument. Looked for once.
     #[must_use]
     pub fn instrument_faults(&self) -> &InstrumentFaults {
-        self.derived
-            .faults
-            .get_or_init(|| Arc::new(find_faults(self)))
+        let find = || {
+            let columns = Columns {
+                time: &self.time,
+                channels: Channel::ALL.map(|channel| self.channel(channel)),
+                noise: Channel::ALL.map(|channel| self.noise(channel)),
+            };
+            Arc::new(find_faults(&columns))
+        };
+        self.derived.faults.get_or_init(find)
     }
 
     /// The same if they were looked for already.
@@ -444,15 +415,25 @@ impl Recording {
     #[must_use]
     pub fn usable(self: &Arc<Self>) -> Arc<Self> {
         let usable = self.derived.usable.get_or_init(|| {
-            let mut copy = without_unusable(self, self.instrument_faults())?;
-            if let Some(faults) = self.derived.faults.get() {
-                // The copy shows the faults as missing readings.
-                copy.derived.faults.get_or_init(|| Arc::clone(faults));
+            let faults = self.instrument_faults();
+            let mut copy = (faults.count_unusable() > 0).then(|| (**self).clone())?;
+            for channel in Channel::ALL {
+                let unusable = faults.unusable_samples(channel);
+                let values = match channel {
+                    Channel::Voltage => copy.voltage.as_mut(),
+                    Channel::ProofMass => Some(&mut copy.proof_mass),
+                    Channel::Cantilever => copy.cantilever.as_mut(),
+                };
+                if let Some(values) = values {
+                    unusable.iter().for_each(|&i| values[i] = f64::NAN);
+                }
             }
-            copy.derived.usable.get_or_init(|| None);
-            if self.instrument_faults().unusable_samples(Channel::Voltage).is_empty() {
+            if faults.unusable_samples(Channel::Voltage).is_empty() {
                 copy.derived.drives.clone_from(&self.derived.drives);
             }
+            // The copy by itself shows what was found as missing readings.
+            copy.derived.faults.clone_from(&self.derived.faults);
+            copy.derived.usable = OnceLock::from(None);
             Some(Arc::new(copy))
         });
         usable.as_ref().map_or_else(|| Arc::clone(self), Arc::clone)

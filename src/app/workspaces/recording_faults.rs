@@ -12,7 +12,10 @@ use crate::recording::instrument_faults::InstrumentFault;
 pub(super) fn show(ui: &mut Ui, overlay: &Overlay) {
     let recording = &overlay.recording;
     let Some(found) = recording.known_faults() else {
-        let key = Id::unique(("instrument faults", std::sync::Arc::as_ptr(recording) as usize));
+        let key = Id::unique((
+            "instrument faults",
+            std::sync::Arc::as_ptr(recording) as usize,
+        ));
         let asked = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default(key), true));
         if !asked {
             let (context, recording) = (ui.ctx().clone(), recording.clone());
@@ -30,7 +33,11 @@ pub(super) fn show(ui: &mut Ui, overlay: &Overlay) {
     let text = match &faults[..] {
         [one] => one.label(),
         [first, rest @ ..] => {
-            format!("{} and {}", first.label(), counted(rest.len(), "other fault"))
+            format!(
+                "{} and {}",
+                first.label(),
+                counted(rest.len(), "other fault")
+            )
         }
         [] => return,
     };

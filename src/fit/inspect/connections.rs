@@ -14,8 +14,8 @@ use crate::fit::thresholds::{
     CONNECTION_BLOCK_PERIODS, CONNECTION_MAX_PERIODS, CONNECTION_MAX_RECORDINGS,
     CONNECTION_MIN_BLOCKS, CONNECTION_MIN_CORRELATION, CONNECTION_MIN_SLOW_SHARE,
     CONNECTION_STEPS_PER_PERIOD, EXCHANGED_MARGIN, HYSTERESIS_VOLTAGE_PARTS, KNOWN_VOLTAGE,
-    KNOWN_VOLTAGE_MARGIN,
-    MAX_MONITOR_MISFIT, MIN_MONITOR_RATIO, MONITOR_FACTORS, OTHER_UNIT_FACTOR,
+    KNOWN_VOLTAGE_MARGIN, MAX_MONITOR_MISFIT, MIN_MONITOR_RATIO, MONITOR_FACTORS,
+    OTHER_UNIT_FACTOR,
 };
 use crate::model::Model;
 use crate::model::drive::{VoltageTable, Waveform};
@@ -85,7 +85,10 @@ impl Fault {
                 format!(
                     "displacements are about {factor} times those that the voltage can cause, so the unit of xp is wrong"
                 ),
-                format!("correct the unit in the header, or give --scale xp={}", 1.0 / factor),
+                format!(
+                    "correct the unit in the header, or give --scale xp={}",
+                    1.0 / factor
+                ),
             ),
         }
     }
@@ -101,7 +104,9 @@ pub fn check_connections(model: &Model, parts: &[Part]) -> Result<(), FitError> 
         return Ok(());
     }
     let mut seen: Option<(&Part, Fault)> = None;
-    let judged = parts.iter().filter_map(|part| Some((part, judge(model, part, f1)?)));
+    let judged = parts
+        .iter()
+        .filter_map(|part| Some((part, judge(model, part, f1)?)));
     for (part, judged) in judged.take(CONNECTION_MAX_RECORDINGS) {
         let kind = std::mem::discriminant::<Fault>;
         match (judged, seen) {
@@ -139,7 +144,7 @@ fn judge(model: &Model, part: &Part, f1: f64) -> Option<Option<Fault>> {
     let (low, high) = extremes(&volts[range.clone()]);
     let most = high.max(-low);
     // Another unit of the voltage is said elsewhere.
-    if count < CONNECTION_MIN_BLOCKS || !(most > KNOWN_VOLTAGE / OTHER_UNIT_FACTOR) {
+    if count < CONNECTION_MIN_BLOCKS || most <= KNOWN_VOLTAGE / OTHER_UNIT_FACTOR {
         return None;
     }
     let means = |values: &[f64]| block_means(&r.time, values, (t0, block, count));
@@ -149,7 +154,7 @@ fn judge(model: &Model, part: &Part, f1: f64) -> Option<Option<Fault>> {
         xc: r.cantilever.as_deref().map(means),
     };
     let spread = deviation(&measured.voltage) / deviation(&volts[range]);
-    if !(spread > CONNECTION_MIN_SLOW_SHARE) {
+    if spread.is_nan() || spread <= CONNECTION_MIN_SLOW_SHARE {
         return None;
     }
     let table = voltage_table(r, t0, end, f1);

@@ -21,7 +21,13 @@ fn scaled(r: &Recording, (v, xp, xc): (f64, f64, f64)) -> Part {
     let by = |values: &[f64], k: f64| values.iter().map(|x| k * x).collect::<Vec<f64>>();
     let volts = r.voltage.as_deref().map(|values| by(values, v));
     let cantilever = r.cantilever.as_deref().map(|values| by(values, xc));
-    let made = Recording::new(&*r.name, r.time.clone(), volts, by(&r.proof_mass, xp), cantilever);
+    let made = Recording::new(
+        &*r.name,
+        r.time.clone(),
+        volts,
+        by(&r.proof_mass, xp),
+        cantilever,
+    );
     part(made.unwrap())
 }
 
@@ -55,10 +61,17 @@ fn each_mistake_is_named_with_its_remedy() {
 
 #[test]
 fn a_monitor_of_the_voltage_is_named_with_its_factor() {
-    for (drive, factor) in [("square:15Hz:8V", 20.0), ("sine:10Hz:8V", 20.0), ("square:15Hz:8V", 100.0)] {
+    for (drive, factor) in [
+        ("square:15Hz:8V", 20.0),
+        ("sine:10Hz:8V", 20.0),
+        ("square:15Hz:8V", 100.0),
+    ] {
         let r = made(&paper(), drive, 0.4, 3);
         let text = said(&paper(), &[scaled(&r, (1.0 / factor, 1.0, 1.0))]);
-        assert!(text.contains(&format!("--scale V={factor}")), "{drive}: {text}");
+        assert!(
+            text.contains(&format!("--scale V={factor}")),
+            "{drive}: {text}"
+        );
     }
 }
 
@@ -72,10 +85,19 @@ fn devices_with_parameters_far_off_are_connected_rightly() {
         seed ^= seed << 17;
         (seed >> 11) as f64 / (1u64 << 53) as f64
     };
-    let drives = ["square:15Hz:8V", "sine:50Hz:6V", "square:100Hz:8V", "sine:300Hz:5V", "triangle:10Hz:8V"];
+    let drives = [
+        "square:15Hz:8V",
+        "sine:50Hz:6V",
+        "square:100Hz:8V",
+        "sine:300Hz:5V",
+        "triangle:10Hz:8V",
+    ];
     for round in 0..20 {
         // Off by up to 60 %, the gap with the distance so that the film stays behind the ground.
-        let mut changes: Vec<(&str, f64)> = ids.iter().map(|id| (*id, 1.0 + 1.2 * (next() - 0.5))).collect();
+        let mut changes: Vec<(&str, f64)> = ids
+            .iter()
+            .map(|id| (*id, 1.0 + 1.2 * (next() - 0.5)))
+            .collect();
         changes.push(("gp", changes[1].1));
         let Some(alpha) = changes.iter_mut().find(|c| c.0 == "alpha") else {
             continue;
@@ -103,7 +125,11 @@ fn a_device_without_a_drive_says_nothing_of_connections() {
     for name in ["oscillator", "faller"] {
         let model = Preset::load(name).unwrap().model;
         let time: Vec<f64> = (0..2000).map(|i| 1e-3 * f64::from(i)).collect();
-        let swing = |k: f64| time.iter().map(|t| k * (9.0 * t).sin()).collect::<Vec<f64>>();
+        let swing = |k: f64| {
+            time.iter()
+                .map(|t| k * (9.0 * t).sin())
+                .collect::<Vec<f64>>()
+        };
         for k in [-1e3, -1.0, 1e-6, 1.0] {
             let r = Recording::new("free", time.clone(), Some(swing(1.0)), swing(k), None);
             let parts = [Part::whole(Arc::new(r.unwrap()))];

@@ -56,7 +56,8 @@ pub fn sampling_doubts(model: &Model, parts: &[Part]) -> Vec<String> {
         return Vec::new();
     }
     let shows = |part: &Part| {
-        let shape = |id: ParameterId| model.uses(id) && model.parameters[id].abs() > MIN_VISIBLE_MODE_SHAPE;
+        let shape =
+            |id: ParameterId| model.uses(id) && model.parameters[id].abs() > MIN_VISIBLE_MODE_SHAPE;
         shape(ParameterId::ShapeP2)
             || (part.recording.cantilever.is_some() && shape(ParameterId::ShapeC2))
     };
@@ -101,13 +102,18 @@ mod tests {
         assert!(sampling_doubts(&paper(), &[part(thinned(&r, 2))]).is_empty());
         let said = sampling_doubts(&paper(), &[part(thinned(&r, 5))]);
         assert_eq!(said.len(), 1);
-        assert!(said[0].contains("mode 2 at 6.42 kHz") || said[0].contains("mode 2"), "{said:?}");
+        assert!(
+            said[0].contains("mode 2 at 6.42 kHz") || said[0].contains("mode 2"),
+            "{said:?}"
+        );
     }
 
     #[test]
     fn noise_alone_is_no_motion() {
         let mut still = made(&paper(), "rest", 0.1, 3);
-        let said = check_motion(&[part(still.clone())]).unwrap_err().to_string();
+        let said = check_motion(&[part(still.clone())])
+            .unwrap_err()
+            .to_string();
         assert!(said.contains("nothing but noise"), "{said}");
         // A small motion is one, also where it is hidden by the noise of a single sample.
         for (x, t) in still.proof_mass.iter_mut().zip(&still.time) {

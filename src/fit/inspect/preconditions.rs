@@ -13,8 +13,9 @@ use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::thresholds::{
-    MAX_CLIPPED_SHARE, MAX_EXTREME_RUN, MAX_LEVEL_DIFFERENCE, MAX_LEVEL_DIFFERENCE_IN_A_FIT, MIN_DRIVE_VOLTAGE,
-    MIN_SAMPLES, MIN_VOLTAGE_SYMMETRY, NOISELESS_SHARE, SATURATED_SHARE, SATURATED_SHARE_IN_NOISE,
+    MAX_CLIPPED_SHARE, MAX_EXTREME_RUN, MAX_LEVEL_DIFFERENCE, MAX_LEVEL_DIFFERENCE_IN_A_FIT,
+    MIN_DRIVE_VOLTAGE, MIN_SAMPLES, MIN_VOLTAGE_SYMMETRY, NOISELESS_SHARE, SATURATED_SHARE,
+    SATURATED_SHARE_IN_NOISE,
 };
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
@@ -264,7 +265,11 @@ fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitErro
         return Err(FitError::Saturated {
             recording: r.name.clone(),
             channel: channel.symbol(),
-            which: if fault.size > low { "highest" } else { "lowest" },
+            which: if fault.size > low {
+                "highest"
+            } else {
+                "lowest"
+            },
             value: format_quantity(fault.size, "m", 4),
             percent: 100.0 * fault.share(),
         });

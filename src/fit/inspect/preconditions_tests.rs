@@ -58,7 +58,10 @@ fn bad_input_is_refused_before_any_computation() {
     clipped.proof_mass.iter_mut().for_each(|x| *x = x.min(most));
     let clipped = [part(clipped)];
     assert!(clipped[0].recording.proof_mass.iter().any(|x| x.is_nan()));
-    assert_eq!(check(&model, &clipped, &summarize(&model, &clipped), &all), Ok(()));
+    assert_eq!(
+        check(&model, &clipped, &summarize(&model, &clipped), &all),
+        Ok(())
+    );
     let air = made(&model, "sine:50Hz:1V", 0.03, 1);
     says(vec![part(air)], &all, "no contact");
     let mut other = model.clone();

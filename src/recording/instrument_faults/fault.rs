@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::recording::Channel;
+use crate::recording::channel::Channel;
 
 /// What kind of fault, with what only this kind has.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -4,12 +4,11 @@
 //! Each kind of fault is one file of [`kinds`], a function of a [`Signal`](signal::Signal): the samples of one
 //! channel with those left out that an earlier kind has found. Everything is measured in the
 //! recording's own samples, steps and noise, so that no unit and no sampling rate matters. Readings that are
-//! not the device's ([`unusable_samples`](InstrumentFaults::unusable_samples)) are left out of fit and diagnosis ([`Recording::usable`]);
+//! not the device's ([`unusable_samples`](InstrumentFaults::unusable_samples)) are left out of fit and diagnosis ([`Recording::usable`](super::Recording::usable));
 //! what is drawn is the recording as it was read.
 
 mod fault;
 mod kinds;
-mod mask;
 mod signal;
 #[cfg(test)]
 mod tests;
@@ -17,11 +16,11 @@ pub(crate) mod thresholds;
 mod words;
 
 pub use self::fault::{FaultKind, InstrumentFault};
-pub(super) use self::mask::without_unusable;
+pub use self::signal::Columns;
 
 use self::kinds::KINDS;
 use self::signal::Signal;
-use super::{Channel, Recording};
+use super::channel::Channel;
 
 /// The faults of a recording, and the samples that are no readings of the device.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -39,31 +38,37 @@ impl InstrumentFaults {
     pub fn unusable_samples(&self, channel: Channel) -> &[usize] {
         &self.unusable[channel as usize]
     }
+
+    /// How many samples of all channels together are unusable.
+    #[must_use]
+    pub fn count_unusable(&self) -> usize {
+        self.unusable.iter().map(Vec::len).sum()
+    }
 }
 
-/// Looks for all kinds of faults in all channels of a recording. [`Recording::instrument_faults`]
+/// Looks for all kinds of faults in all channels. [`Recording::instrument_faults`](super::Recording::instrument_faults)
 /// keeps the answer.
 ///
 /// # Examples
 /// ```
 /// use impactscope::recording::Recording;
-/// use impactscope::recording::instrument_faults::{FaultKind, find_faults};
+/// use impactscope::recording::instrument_faults::FaultKind;
 ///
 /// let time: Vec<f64> = (0..2000).map(|i| 1e-3 * f64::from(i)).collect();
 /// let mut xp: Vec<f64> = (0..2000u32)
 ///     .map(|i| (0.01 * f64::from(i)).sin() + 1e-3 * f64::from(i * 7919 % 1000) / 1000.0)
 ///     .collect();
 /// xp[700] += 0.5;
-/// let found = find_faults(&Recording::new("swing", time, None, xp, None)?);
-/// assert_eq!(found.faults[0].kind, FaultKind::Spikes);
-/// assert_eq!(found.faults[0].places, [(0.7, 0.7)]);
+/// let recording = Recording::new("swing", time, None, xp, None)?;
+/// let found = &recording.instrument_faults().faults;
+/// assert_eq!((found[0].kind, found[0].count), (FaultKind::Spikes, 1));
 /// # Ok::<(), impactscope::recording::RecordingError>(())
 /// ```
 #[must_use]
-pub fn find_faults(recording: &Recording) -> InstrumentFaults {
+pub fn find_faults(columns: &Columns<'_>) -> InstrumentFaults {
     let mut all = InstrumentFaults::default();
     for channel in Channel::ALL {
-        let Some(mut signal) = Signal::of(recording, channel) else {
+        let Some(mut signal) = Signal::of(columns, channel) else {
             continue;
         };
         for find in KINDS {

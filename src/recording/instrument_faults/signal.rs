@@ -3,9 +3,24 @@
 use std::ops::Range;
 
 use super::fault::{FaultKind, InstrumentFault};
-use super::thresholds::{MAX_PLACES, MAX_UNNOTICED_SHARE, VOLTAGE_EDGE_SAMPLES, VOLTAGE_EDGE_SHARE};
+use super::thresholds::{
+    MAX_PLACES, MAX_UNNOTICED_SHARE, VOLTAGE_EDGE_SAMPLES, VOLTAGE_EDGE_SHARE,
+};
+use crate::recording::channel::Channel;
+use crate::recording::grid::TimeAxis;
 use crate::recording::noise::{NoiseEstimate, estimate_noise};
-use crate::recording::{Channel, Recording, TimeAxis, extremes};
+use crate::recording::statistics::extremes;
+
+/// The columns of a recording, in the order of [`Channel::ALL`].
+#[derive(Debug, Clone, Copy)]
+pub struct Columns<'a> {
+    /// Times \[s\], increasing.
+    pub time: &'a [f64],
+    /// The samples of each channel, one for each time, NaN where missing; `None` if it was not recorded.
+    pub channels: [Option<&'a [f64]>; 3],
+    /// Noise of each channel; `None` if too few samples follow one another.
+    pub noise: [Option<NoiseEstimate>; 3],
+}
 
 /// A channel of a recording without the samples that were found unusable so far.
 pub struct Signal<'a> {
@@ -34,15 +49,15 @@ pub struct Found {
 
 impl<'a> Signal<'a> {
     /// A channel; `None` if it was not recorded.
-    pub fn of(recording: &'a Recording, channel: Channel) -> Option<Self> {
-        let values = recording.channel(channel)?.to_vec();
-        let voltage = recording.voltage.as_deref();
+    pub fn of(columns: &Columns<'a>, channel: Channel) -> Option<Self> {
+        let values = columns.channels[channel as usize]?.to_vec();
+        let voltage = columns.channels[Channel::Voltage as usize];
         let driving = voltage.filter(|_| channel != Channel::Voltage);
         Some(Self {
             channel,
-            time: &recording.time,
+            time: columns.time,
             voltage,
-            noise: recording.noise(channel),
+            noise: columns.noise[channel as usize],
             near_edge: driving.map_or_else(|| vec![false; values.len()], near_edges),
             values,
         })

@@ -4,11 +4,12 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::model::{Model, with_effect};
 use crate::model::drive::Waveform;
 use crate::model::effects::{ActiveEffect, CATALOGUE};
 use crate::model::preset::Preset;
 use crate::model::sensor::Sensor;
+use crate::model::{Model, with_effect};
+use crate::recording::Recording;
 use crate::sim::{Options, simulate};
 
 /// A recording of a device; `noise` \[m\].
@@ -49,24 +50,38 @@ fn thinned(r: &Recording, every: usize) -> Recording {
 }
 
 fn only(r: &Recording) -> InstrumentFault {
-    let found = find_faults(r).faults;
+    let found = r.instrument_faults().faults.clone();
     assert_eq!(found.len(), 1, "{found:?}");
     found.into_iter().next().unwrap()
 }
 
 #[test]
 fn sound_recordings_have_no_fault() {
-    let drives = ["square:15Hz:8V", "sine:50Hz:6V", "square:300Hz:6V", "triangle:20Hz:8V", "chirp:5:200:7V", "ramped:30Hz:8V:0.2"];
+    let drives = [
+        "square:15Hz:8V",
+        "sine:50Hz:6V",
+        "square:300Hz:6V",
+        "triangle:20Hz:8V",
+        "chirp:5:200:7V",
+        "ramped:30Hz:8V:0.2",
+    ];
     for name in ["paper", "paper-as-printed", "oscillator", "faller"] {
         let model = Preset::embedded(name).unwrap().model;
         // Of the two without a drive the displacements are metres.
-        let noises = if model.piezo.is_some() { [0.0, 20e-9, 150e-9] } else { [0.0, 1e-4, 1e-3] };
+        let noises = if model.piezo.is_some() {
+            [0.0, 20e-9, 150e-9]
+        } else {
+            [0.0, 1e-4, 1e-3]
+        };
         for (i, drive) in drives.into_iter().enumerate() {
             for noise in noises {
                 let r = made(&model, drive, 0.2, noise, i as u64);
                 for every in [1, 2, 5, 10, 25] {
-                    let found = find_faults(&thinned(&r, every)).faults;
-                    assert!(found.is_empty(), "{name} {drive} {noise} {every}: {found:?}");
+                    let found = thinned(&r, every).instrument_faults().faults.clone();
+                    assert!(
+                        found.is_empty(),
+                        "{name} {drive} {noise} {every}: {found:?}"
+                    );
                 }
             }
         }
@@ -79,7 +94,7 @@ fn physics_beyond_the_model_is_no_fault_of_the_instrument() {
         let model = with_effect(&paper(), ActiveEffect::new(effect));
         for (noise, drive) in [(0.0, "square:15Hz:8V"), (20e-9, "sine:50Hz:8V")] {
             let r = made(&model, drive, 0.2, noise, 3);
-            let found = find_faults(&r).faults;
+            let found = r.instrument_faults().faults.clone();
             assert!(found.is_empty(), "{} {drive}: {found:?}", effect.id);
         }
     }
@@ -94,7 +109,10 @@ fn spikes_are_counted_and_left_out() {
         }
     });
     let fault = only(&r);
-    assert_eq!((fault.kind, fault.count, fault.samples), (FaultKind::Spikes, 4, 5));
+    assert_eq!(
+        (fault.kind, fault.count, fault.samples),
+        (FaultKind::Spikes, 4, 5)
+    );
     assert!((fault.size / 2e-6 - 1.0).abs() < 0.1, "{}", fault.size);
     let r = std::sync::Arc::new(r);
     let usable = r.usable();
@@ -116,8 +134,14 @@ fn a_spike_of_the_voltage_is_not_its_step() {
         volts[7000] = -60.0;
     }
     let fault = only(&r);
-    assert_eq!((fault.kind, fault.channel, fault.count), (FaultKind::Spikes, Channel::Voltage, 2));
-    assert_eq!(fault.places, [(r.time[4000], r.time[4000]), (r.time[7000], r.time[7000])]);
+    assert_eq!(
+        (fault.kind, fault.channel, fault.count),
+        (FaultKind::Spikes, Channel::Voltage, 2)
+    );
+    assert_eq!(
+        fault.places,
+        [(r.time[4000], r.time[4000]), (r.time[7000], r.time[7000])]
+    );
 }
 
 #[test]
@@ -129,8 +153,11 @@ fn held_readings_are_found_in_noise_and_without_it() {
             let held = r.proof_mass[start];
             r.proof_mass[start + 1..start + 5].fill(held);
         }
-        let found = find_faults(&r).faults;
-        let fault = found.iter().find(|f| f.kind == FaultKind::HeldReadings).unwrap();
+        let found = r.instrument_faults().faults.clone();
+        let fault = found
+            .iter()
+            .find(|f| f.kind == FaultKind::HeldReadings)
+            .unwrap();
         // Without noise a turning point hides one.
         let least = if noise > 0.0 { 3 } else { 1 };
         assert!(fault.count >= least && fault.count <= 3, "{found:?}");
@@ -155,7 +182,11 @@ fn fringe_jumps_are_multiples_of_one_size() {
     let fringe = 632.8e-9;
     let jumps = [(0.0405, 1.0), (0.052, -2.0), (0.11, 1.0), (0.125, 1.0)];
     let r = changed("square:15Hz:8V", |_, t, x| {
-        *x += jumps.iter().filter(|(at, _)| t > *at).map(|(_, k)| k * fringe).sum::<f64>();
+        *x += jumps
+            .iter()
+            .filter(|(at, _)| t > *at)
+            .map(|(_, k)| k * fringe)
+            .sum::<f64>();
     });
     let fault = only(&r);
     assert_eq!(fault.kind, FaultKind::FringeJumps);
@@ -178,8 +209,10 @@ fn hum_is_found_while_the_mass_is_held() {
     }
     // A line of the drive may be motion, and what nothing holds may be shaken.
     for (drive, frequency) in [("square:25Hz:8V", 50.0), ("sine:50Hz:1V", 60.0)] {
-        let r = changed(drive, |_, t, x| *x += 100e-9 * (std::f64::consts::TAU * frequency * t).sin());
-        assert!(find_faults(&r).faults.is_empty(), "{drive}");
+        let r = changed(drive, |_, t, x| {
+            *x += 100e-9 * (std::f64::consts::TAU * frequency * t).sin()
+        });
+        assert!(r.instrument_faults().faults.is_empty(), "{drive}");
     }
 }
 
@@ -199,8 +232,11 @@ fn ac_coupling_is_found_with_its_time_constant() {
             ..Sensor::default()
         };
         sensor.add_noise(&mut r.proof_mass, 5);
-        let found = find_faults(&r).faults;
-        let fault = found.iter().find(|f| f.kind == FaultKind::AcCoupling).unwrap();
+        let found = r.instrument_faults().faults.clone();
+        let fault = found
+            .iter()
+            .find(|f| f.kind == FaultKind::AcCoupling)
+            .unwrap();
         assert!((fault.size / constant - 1.0).abs() < 0.1, "{found:?}");
     }
 }
@@ -221,7 +257,10 @@ fn clipped_and_missing_readings_have_their_places() {
     let r = made(&paper(), "square:15Hz:8V", 0.2, 20e-9, 7);
     let top = r.proof_mass.iter().copied().fold(f64::MIN, f64::max);
     let mut clipped = r.clone();
-    clipped.proof_mass.iter_mut().for_each(|x| *x = x.min(0.7 * top));
+    clipped
+        .proof_mass
+        .iter_mut()
+        .for_each(|x| *x = x.min(0.7 * top));
     let fault = only(&clipped);
     assert_eq!(fault.kind, FaultKind::Clipping);
     assert_eq!(fault.size, 0.7 * top);
@@ -229,7 +268,10 @@ fn clipped_and_missing_readings_have_their_places() {
     gaps.proof_mass[500..520].fill(f64::NAN);
     gaps.proof_mass[900] = f64::INFINITY;
     let fault = only(&gaps);
-    assert_eq!((fault.kind, fault.count, fault.samples), (FaultKind::MissingReadings, 2, 21));
+    assert_eq!(
+        (fault.kind, fault.count, fault.samples),
+        (FaultKind::MissingReadings, 2, 21)
+    );
     assert_eq!((fault.size, fault.places[1].0), (20.0, gaps.time[900]));
 }
 
@@ -245,9 +287,18 @@ fn no_unit_and_no_clock_matters() {
     for (metre, second) in [(1e6, 1.0), (1.0, 1e3), (3.7e-4, 2e5)] {
         let by = |v: &[f64], k: f64| v.iter().map(|x| k * x).collect::<Vec<f64>>();
         let xc = r.cantilever.as_deref().map(|v| by(v, metre));
-        let scaled = Recording::new("r", by(&r.time, second), r.voltage.clone(), by(&r.proof_mass, metre), xc);
+        let scaled = Recording::new(
+            "r",
+            by(&r.time, second),
+            r.voltage.clone(),
+            by(&r.proof_mass, metre),
+            xc,
+        );
         let found = only(&scaled.unwrap());
-        assert_eq!((found.kind, found.count, found.samples), (own.kind, own.count, own.samples));
+        assert_eq!(
+            (found.kind, found.count, found.samples),
+            (own.kind, own.count, own.samples)
+        );
         assert!((found.size / own.size / metre - 1.0).abs() < 1e-9);
     }
 }
@@ -269,7 +320,7 @@ proptest! {
         let time: Vec<f64> = (0..xp.len()).map(|i| 1e-5 * i as f64).collect();
         let volts = with_voltage.then(|| xp.iter().map(|x| (1e5 * x).sin()).collect());
         let r = Recording::new("any", time, volts, xp, None).unwrap();
-        let found = find_faults(&r);
+        let found = r.instrument_faults();
         for fault in &found.faults {
             prop_assert!(fault.count > 0 && fault.samples <= r.len() && fault.size.is_finite());
             prop_assert!(fault.places.len() <= thresholds::MAX_PLACES);
@@ -290,7 +341,8 @@ proptest! {
         let sensor = Sensor { noise: 20e-9, ..Sensor::default() };
         sensor.add_noise(&mut xp, at as u64);
         xp[at] += if down { -height } else { height };
-        let found = find_faults(&Recording::new("r", time, None, xp, None).unwrap());
+        let r = Recording::new("r", time, None, xp, None).unwrap();
+        let found = r.instrument_faults();
         prop_assert_eq!(found.unusable_samples(Channel::ProofMass), &[at]);
     }
 }

@@ -86,6 +86,8 @@ pub const FRINGE_SIDE_SAMPLES: usize = 6;
 pub const FRINGE_SIGMAS: f64 = 14.0;
 /// A jump exceeds so many times what a tenth of the steps differ from their neighbours \[-\]: noise has 3.7 standard deviations there.
 pub const FRINGE_USUAL_STEPS: f64 = 4.0;
+/// Smaller jumps down to this share of the least are counted, too \[-\]: where these are more, all are noise.
+pub const FRINGE_SMALLER_SHARE: f64 = 0.6;
 /// What the parabolas leave, as a share of the jump at most \[-\], beyond twice the noise.
 pub const FRINGE_MAX_MISFIT: f64 = 0.08;
 /// Change of the slope over a sample, as a share of the jump at most \[-\], beyond the noise. An impact has twice

@@ -17,19 +17,27 @@ impl InstrumentFault {
                 format!("{} in {channel}", counted(self.samples, "missing reading"))
             }
             FaultKind::Clipping => {
-                format!("{} at the end of the range of {channel}", counted(self.samples, "reading"))
+                format!(
+                    "{} at the end of the range of {channel}",
+                    counted(self.samples, "reading")
+                )
             }
             FaultKind::HeldReadings => {
                 format!("{} in {channel}", counted(self.samples, "repeated reading"))
             }
             FaultKind::Spikes => format!("{} in {channel}", counted(self.count, "spike")),
-            FaultKind::FringeJumps => format!("{} in {channel}", counted(self.count, "fringe jump")),
+            FaultKind::FringeJumps => {
+                format!("{} in {channel}", counted(self.count, "fringe jump"))
+            }
             FaultKind::SteadyLine { frequency } => {
                 format!("{channel} hums at {}", format_quantity(frequency, "Hz", 3))
             }
             FaultKind::AcCoupling => format!("{channel} is AC coupled"),
             FaultKind::Quantised => {
-                format!("{channel} in steps of {}", format_quantity(self.size, self.unit(), 3))
+                format!(
+                    "{channel} in steps of {}",
+                    format_quantity(self.size, self.unit(), 3)
+                )
             }
         }
     }
@@ -38,7 +46,12 @@ impl InstrumentFault {
     #[must_use]
     pub fn sentence(&self) -> String {
         let size = || format_quantity(self.size, self.unit(), 3);
-        let share = || format!("{} % of the samples", format_number(100.0 * self.share(), 2));
+        let share = || {
+            format!(
+                "{} % of the samples",
+                format_number(100.0 * self.share(), 2)
+            )
+        };
         let where_they_are = self.where_it_is();
         let label = self.label();
         match self.kind {
@@ -48,7 +61,10 @@ impl InstrumentFault {
                 format_number(self.size, 6)
             ),
             FaultKind::Clipping => {
-                format!("{label} ({size}), {where_they_are}: they are not used; record with a larger range", size = size())
+                format!(
+                    "{label} ({size}), {where_they_are}: they are not used; record with a larger range",
+                    size = size()
+                )
             }
             FaultKind::HeldReadings => format!(
                 "{label} ({}) while the motion goes on, up to {} in a row, {where_they_are}: they are not used",
@@ -56,7 +72,10 @@ impl InstrumentFault {
                 format_number(self.size, 6)
             ),
             FaultKind::Spikes => {
-                format!("{label} of up to {}, {where_they_are}: they are not used", size())
+                format!(
+                    "{label} of up to {}, {where_they_are}: they are not used",
+                    size()
+                )
             }
             FaultKind::FringeJumps => format!(
                 "{label} by multiples of {}, {where_they_are}: the reading is shifted from there on; record anew, or take the jumps out of the file",
@@ -65,7 +84,8 @@ impl InstrumentFault {
             FaultKind::SteadyLine { .. } => format!(
                 "{label} by {}, also while the ground holds the mass: the instrument does, not the device{}",
                 size(),
-                self.mains().map_or_else(String::new, |mains| format!(" (the mains, {mains})"))
+                self.mains()
+                    .map_or_else(String::new, |mains| format!(" (the mains, {mains})"))
             ),
             FaultKind::AcCoupling => format!(
                 "{label}: it decays to zero with a time constant of {} wherever the mass rests; switch the instrument to DC, or record faster than that",
@@ -110,11 +130,13 @@ impl InstrumentFault {
         let (from, to) = self.places.first()?;
         let resolution = 1.0 / (to - from);
         // The two frequencies of the world's mains.
-        [(50.0, "50 Hz"), (60.0, "60 Hz")].into_iter().find_map(|(mains, text): (f64, _)| {
-            let times = (frequency / mains).round();
-            // Where one could lie as well anywhere between two harmonics, nothing is said.
-            let near = (frequency - times * mains).abs() <= 0.5 * resolution;
-            (times >= 1.0 && near && resolution < 0.2 * mains).then_some(text)
-        })
+        [(50.0, "50 Hz"), (60.0, "60 Hz")]
+            .into_iter()
+            .find_map(|(mains, text): (f64, _)| {
+                let times = (frequency / mains).round();
+                // Where one could lie as well anywhere between two harmonics, nothing is said.
+                let near = (frequency - times * mains).abs() <= 0.5 * resolution;
+                (times >= 1.0 && near && resolution < 0.2 * mains).then_some(text)
+            })
     }
 }

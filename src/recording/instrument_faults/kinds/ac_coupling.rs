@@ -1,7 +1,7 @@
 //! A reading without its slow part: behind a high-pass filter it decays to zero wherever the mass
 //! rests, whatever the voltage, with one time constant.
 
-use crate::recording::Channel;
+use crate::recording::channel::Channel;
 use crate::recording::instrument_faults::fault::FaultKind;
 use crate::recording::instrument_faults::kinds::quiet::{Block, stays};
 use crate::recording::instrument_faults::signal::{Found, Signal};
@@ -9,14 +9,19 @@ use crate::recording::instrument_faults::thresholds::{
     AC_MAX_ZERO_SHARE, AC_MIN_BLOCKS, AC_MIN_EXPLAINED, AC_MIN_LEVEL_SPREAD_SHARE, AC_MIN_STOPS,
     AC_MIN_VOLTAGE_SPREAD_SHARE, AC_STOP_SPEED_RATIO, QUIET_BLOCK_SAMPLES,
 };
-use crate::recording::extremes;
+use crate::recording::statistics::extremes;
 
 /// The time constant, if slopes at rest are proportional to the reading. A reading that drifts
 /// to an end does that as well, but to a level near its own, and creep of the drive follows the voltage.
 pub fn find(signal: &Signal<'_>) -> Option<Found> {
-    let volts = signal.voltage.filter(|_| signal.channel != Channel::Voltage)?;
+    let volts = signal
+        .voltage
+        .filter(|_| signal.channel != Channel::Voltage)?;
     let stays = stays(signal);
-    let stops = stays.iter().filter(|stay| is_sudden_stop(signal, &stay[0])).count();
+    let stops = stays
+        .iter()
+        .filter(|stay| is_sudden_stop(signal, &stay[0]))
+        .count();
     let blocks: Vec<Block> = stays.into_iter().flatten().collect();
     if blocks.len() < AC_MIN_BLOCKS {
         return None;
@@ -46,13 +51,18 @@ pub fn find(signal: &Signal<'_>) -> Option<Found> {
     let zero = mean + slope / rate;
     let explained = xs * xs / (xx * ss);
     // False where the slopes are no numbers.
-    let decays = rate > 0.0 && explained >= AC_MIN_EXPLAINED && zero.abs() <= AC_MAX_ZERO_SHARE * span;
+    let decays =
+        rate > 0.0 && explained >= AC_MIN_EXPLAINED && zero.abs() <= AC_MAX_ZERO_SHARE * span;
     if !decays {
         return None;
     }
     let whole = 0..signal.values.len();
     Some(Found {
-        fault: signal.fault(FaultKind::AcCoupling, 1.0 / rate, std::slice::from_ref(&whole))?,
+        fault: signal.fault(
+            FaultKind::AcCoupling,
+            1.0 / rate,
+            std::slice::from_ref(&whole),
+        )?,
         unusable: Vec::new(),
     })
 }

@@ -2,14 +2,16 @@
 
 use std::ops::Range;
 
+use crate::recording::channel::Channel;
+use crate::recording::grid::TimeAxis;
 use crate::recording::instrument_faults::fault::FaultKind;
 use crate::recording::instrument_faults::signal::{Found, Signal, runs_where};
 use crate::recording::instrument_faults::thresholds::{
-    CLIPPED_MIN_RUN, MAX_EQUAL_NEIGHBOUR_SHARE, MAX_NOISE_SHARE_OF_SPAN, MAX_NOISE_SHARE_OVER_GROUND,
-    MIN_NOISE_SHARE_OF_SPAN,
+    CLIPPED_MIN_RUN, MAX_EQUAL_NEIGHBOUR_SHARE, MAX_NOISE_SHARE_OF_SPAN,
+    MAX_NOISE_SHARE_OVER_GROUND, MIN_NOISE_SHARE_OF_SPAN,
 };
 use crate::recording::noise::estimate_noise;
-use crate::recording::{Channel, TimeAxis, extremes};
+use crate::recording::statistics::extremes;
 
 /// Runs of readings at the exact highest or lowest value. A mass at rest on the ground gives such
 /// runs too; they are no clipping unless everything else is noisy. A voltage may rest at its

@@ -8,13 +8,15 @@
 
 use std::ops::Range;
 
-use crate::recording::{Channel, quantile_in_place};
+use crate::recording::channel::Channel;
 use crate::recording::instrument_faults::fault::FaultKind;
 use crate::recording::instrument_faults::signal::{Found, Signal};
 use crate::recording::instrument_faults::thresholds::{
-    EQUAL_RUN_CHANCE, HELD_JUMP_LATTICE_STEPS, HELD_JUMP_MAX_RATIO, HELD_JUMP_SIGMAS,
-    HELD_MIN_RUN, HELD_MIN_STEP_SIGMAS, HELD_NEIGHBOURS, MAX_RECURRING_SHARE, MIN_NOISE_SHARE_OF_SPAN, RECURRENCE_LAGS,
+    EQUAL_RUN_CHANCE, HELD_JUMP_LATTICE_STEPS, HELD_JUMP_MAX_RATIO, HELD_JUMP_SIGMAS, HELD_MIN_RUN,
+    HELD_MIN_STEP_SIGMAS, HELD_NEIGHBOURS, MAX_RECURRING_SHARE, MIN_NOISE_SHARE_OF_SPAN,
+    RECURRENCE_LAGS,
 };
+use crate::recording::statistics::quantile_in_place;
 
 /// Repeated readings. The first of a run is one of the device; the others are unusable. The size is
 /// the longest run.
@@ -25,7 +27,11 @@ pub fn find(signal: &Signal<'_>) -> Option<Found> {
     }
     let runs = equal_runs(&signal.values);
     let levels = Levels::of(signal, &runs);
-    let no_chance = |k: usize| levels.as_ref().is_some_and(|l| is_no_chance(signal, &runs, k, l));
+    let no_chance = |k: usize| {
+        levels
+            .as_ref()
+            .is_some_and(|l| is_no_chance(signal, &runs, k, l))
+    };
     let held: Vec<Range<usize>> = (0..runs.len())
         .filter(|&k| no_chance(k) || follows_no_motion(signal, &runs, k))
         .map(|k| runs[k].start + 1..runs[k].end)
@@ -64,14 +70,20 @@ fn is_no_chance(signal: &Signal<'_>, runs: &[Range<usize>], k: usize, levels: &L
     if recurs || is_extreme {
         return false;
     }
-    let around = &runs[k.saturating_sub(HELD_NEIGHBOURS)..(k + 1 + HELD_NEIGHBOURS).min(runs.len())];
+    let around =
+        &runs[k.saturating_sub(HELD_NEIGHBOURS)..(k + 1 + HELD_NEIGHBOURS).min(runs.len())];
     let at = |run: &Range<usize>| signal.values[run.start];
-    let mut steps: Vec<f64> = around.windows(2).map(|w| (at(&w[1]) - at(&w[0])).abs()).collect();
+    let mut steps: Vec<f64> = around
+        .windows(2)
+        .map(|w| (at(&w[1]) - at(&w[0])).abs())
+        .collect();
     let usual = quantile_in_place(&mut steps, 0.25);
     // So often two readings fall into one step of the recorder.
     let alike = (signal.lattice() / usual).max(*recurring);
     let moves = usual > HELD_MIN_STEP_SIGMAS * signal.sigma();
-    moves && alike < 1.0 && signal.values.len() as f64 * alike.powi(repeats as i32) < EQUAL_RUN_CHANCE
+    moves
+        && alike < 1.0
+        && signal.values.len() as f64 * alike.powi(repeats as i32) < EQUAL_RUN_CHANCE
 }
 
 /// What the values of a channel say of the recorder's levels.
@@ -93,7 +105,12 @@ impl Levels {
         let of_runs: Vec<f64> = runs.iter().map(|run| signal.values[run.start]).collect();
         let lags = 2..=RECURRENCE_LAGS;
         let tried = of_runs.len() * lags.clone().count();
-        let alike = |lag| of_runs.iter().zip(&of_runs[of_runs.len().min(lag)..]).filter(|(a, b)| a == b);
+        let alike = |lag| {
+            of_runs
+                .iter()
+                .zip(&of_runs[of_runs.len().min(lag)..])
+                .filter(|(a, b)| a == b)
+        };
         let again: usize = lags.map(|lag| alike(lag).count()).sum();
         let mut values = of_runs.clone();
         values.sort_unstable_by(f64::total_cmp);

@@ -1,6 +1,6 @@
 //! A reading in steps that are coarser than its noise.
 
-use crate::recording::Channel;
+use crate::recording::channel::Channel;
 use crate::recording::instrument_faults::fault::FaultKind;
 use crate::recording::instrument_faults::signal::{Found, Signal};
 use crate::recording::instrument_faults::thresholds::{

@@ -4,10 +4,9 @@ use std::ops::Range;
 
 use crate::recording::instrument_faults::signal::Signal;
 use crate::recording::instrument_faults::thresholds::{
-    MAX_QUIET_BLOCKS, MAX_QUIET_RMS, MAX_QUIET_SPEED_SHARE, QUIET_BLOCK_SAMPLES,
-    STAY_MIN_BLOCKS,
+    MAX_QUIET_BLOCKS, MAX_QUIET_RMS, MAX_QUIET_SPEED_SHARE, QUIET_BLOCK_SAMPLES, STAY_MIN_BLOCKS,
 };
-use crate::recording::quantile_in_place;
+use crate::recording::statistics::quantile_in_place;
 
 /// Some samples in a row on a straight line.
 #[derive(Debug, Clone)]
@@ -29,11 +28,16 @@ pub struct Block {
 pub fn stays(signal: &Signal<'_>) -> Vec<Vec<Block>> {
     let sigma = signal.sigma();
     let count = signal.values.len() / QUIET_BLOCK_SAMPLES;
-    if count < STAY_MIN_BLOCKS || !(sigma > 0.0) {
+    if count < STAY_MIN_BLOCKS || sigma <= 0.0 {
         return Vec::new();
     }
     let all: Vec<Option<(Block, f64)>> = (0..count)
-        .map(|k| block(signal, k * QUIET_BLOCK_SAMPLES..(k + 1) * QUIET_BLOCK_SAMPLES))
+        .map(|k| {
+            block(
+                signal,
+                k * QUIET_BLOCK_SAMPLES..(k + 1) * QUIET_BLOCK_SAMPLES,
+            )
+        })
         .collect();
     let mut speeds: Vec<f64> = all.iter().flatten().map(|(b, _)| b.slope.abs()).collect();
     let fast = quantile_in_place(&mut speeds, 0.9);

@@ -6,13 +6,14 @@
 
 use std::ops::Range;
 
+use crate::recording::channel::Channel;
 use crate::recording::instrument_faults::fault::FaultKind;
 use crate::recording::instrument_faults::signal::{Found, Signal};
 use crate::recording::instrument_faults::thresholds::{
     ADJACENT_BENDS, BEND_NEIGHBOURHOOD, MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE, PULSE_SIZE_SPREAD,
     SPIKE_BENDS, SPIKE_FLATNESS, SPIKE_RETURNS, SPIKE_SIGMAS, SPIKE_TURNS,
 };
-use crate::recording::{Channel, quantile_in_place};
+use crate::recording::statistics::quantile_in_place;
 
 /// A sample, or a few, that may be a spike.
 struct Candidate {
@@ -81,8 +82,7 @@ fn candidate(values: &[f64], samples: Range<usize>) -> Option<Candidate> {
     let (mut least, mut most) = (f64::INFINITY, 0.0f64);
     for i in samples.clone() {
         let distance = off(i) * first.signum();
-        // Also false where a sample is missing.
-        if !(distance > 0.0) {
+        if distance.is_nan() || distance <= 0.0 {
             return None;
         }
         (least, most) = (least.min(distance), most.max(distance));
@@ -115,7 +115,10 @@ fn reach_of_motion(values: &[f64], samples: &Range<usize>) -> f64 {
     let (Some(a), Some(b)) = (samples.start.checked_sub(2), values.get(samples.end + 1)) else {
         return f64::INFINITY;
     };
-    let (before, after) = (values[samples.start - 1] - values[a], b - values[samples.end]);
+    let (before, after) = (
+        values[samples.start - 1] - values[a],
+        b - values[samples.end],
+    );
     let turn = after - before;
     // A reading that does not come back has stepped: the line across is half of the step off.
     let gone = values[samples.end] - values[samples.start - 1] - 0.5 * width * (before + after);
@@ -135,7 +138,8 @@ fn bend_around(values: &[f64], samples: &Range<usize>) -> f64 {
     let from = samples.start.saturating_sub(BEND_NEIGHBOURHOOD).max(1);
     let to = (samples.end + BEND_NEIGHBOURHOOD).min(values.len() - 1);
     let apart = |i: &usize| i + 1 < samples.start || *i > samples.end;
-    let next = |i: usize| i + 1 + ADJACENT_BENDS >= samples.start && i <= samples.end + ADJACENT_BENDS;
+    let next =
+        |i: usize| i + 1 + ADJACENT_BENDS >= samples.start && i <= samples.end + ADJACENT_BENDS;
     let known = |i: usize| Some((next(i), bend(values, i))).filter(|(_, b)| b.is_finite());
     let all: Vec<(bool, f64)> = (from..to).filter(apart).filter_map(known).collect();
     if all.len() < BEND_NEIGHBOURHOOD / 2 {

@@ -5,15 +5,15 @@
 //! drive's frequency, or of half of it, may be motion after all and has no name. Neither has one
 //! in a device that nothing holds.
 
-use crate::recording::Channel;
+use crate::recording::channel::Channel;
 use crate::recording::instrument_faults::fault::FaultKind;
 use crate::recording::instrument_faults::kinds::quiet::{Block, stays};
 use crate::recording::instrument_faults::signal::{Found, Signal};
 use crate::recording::instrument_faults::thresholds::{
-    DRIVE_LINE_RESOLUTIONS, GROUND_MAX_HEIGHT_SHARE, LINE_MIN_EXPLAINED, LINE_MIN_PERIODS, LINE_SIGMAS,
-    LINES_PER_RESOLUTION, QUIET_BLOCK_SAMPLES,
+    DRIVE_LINE_RESOLUTIONS, GROUND_MAX_HEIGHT_SHARE, LINE_MIN_EXPLAINED, LINE_MIN_PERIODS,
+    LINE_SIGMAS, LINES_PER_RESOLUTION, QUIET_BLOCK_SAMPLES,
 };
-use crate::recording::{extremes, median_in_place};
+use crate::recording::statistics::{extremes, median_in_place};
 
 /// The strongest line. The size is its amplitude.
 pub fn find(signal: &Signal<'_>) -> Option<Found> {
@@ -29,7 +29,7 @@ pub fn find(signal: &Signal<'_>) -> Option<Found> {
     let longest = held.iter().map(|s| s[s.len() - 1].time - s[0].time);
     let longest = longest.fold(0.0, f64::max);
     let between = median_gap(&held);
-    if !(between > 0.0) || !(longest > 0.0) {
+    if between.is_nan() || between <= 0.0 || longest <= 0.0 {
         return None;
     }
     let (from, to) = (LINE_MIN_PERIODS / longest, 0.25 / between);
@@ -106,7 +106,11 @@ fn line_at(stays: &[Vec<Block>], frequency: f64) -> Line {
     Line {
         frequency,
         amplitude: a.hypot(b),
-        explained: if explained.is_finite() { explained } else { 0.0 },
+        explained: if explained.is_finite() {
+            explained
+        } else {
+            0.0
+        },
     }
 }
 
