@@ -2,6 +2,7 @@
 //! held-out recordings.
 
 use super::error::FitError;
+use super::inspect::motion::check_motion;
 use super::inspect::preconditions::{check, check_fit, or_connections};
 use super::inspect::recording_summary::summarize;
 use super::options::{FitOptions, Part};
@@ -95,6 +96,7 @@ pub(super) fn fitted(
     let model = &sound;
     model.check()?;
     let summaries = summarize(model, train);
+    check_motion(train)?;
     let checked = check(model, train, &summaries, options);
     or_connections(checked, model, train)?;
     for part in held_out {

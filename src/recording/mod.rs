@@ -44,6 +44,7 @@ use std::sync::{Arc, OnceLock};
 use thiserror::Error;
 
 use self::experiment_setup::{DriveSource, InstrumentUnknowns};
+use self::instrument_faults::thresholds::MAX_MISSING_ROW_SHARE;
 use self::instrument_faults::{Columns, InstrumentFaults, find_faults};
 use self::measured_drive::{MeasuredDrive, measured_drive};
 use self::noise::{NoiseError, NoiseEstimate, estimate_noise};
@@ -410,7 +411,7 @@ impl Recording {
     }
 
     /// This recording for fit and diagnosis: NaN at samples that are no readings of the device
-    /// ([`InstrumentFaults::unusable_samples`]), and the faults that were found here. The same recording
+    /// ([`InstrumentFaults::unusable_samples`]), without these rows where most repeat a reading, and the faults that were found here. The same recording
     /// if it has none. What is drawn is this recording.
     #[must_use]
     pub fn usable(self: &Arc<Self>) -> Arc<Self> {
@@ -429,7 +430,12 @@ impl Recording {
                 }
             }
             if faults.unusable_samples(Channel::Voltage).is_empty() {
+                // The drive is that of all rows, also where some are dropped.
+                let _ = self.own_drive();
                 copy.derived.drives.clone_from(&self.derived.drives);
+            }
+            if faults.held_share(Channel::ProofMass) > MAX_MISSING_ROW_SHARE {
+                copy.drop_rows_without_motion();
             }
             // The copy by itself shows what was found as missing readings.
             copy.derived.faults.clone_from(&self.derived.faults);
@@ -437,6 +443,24 @@ impl Recording {
             Some(Arc::new(copy))
         });
         usable.as_ref().map_or_else(|| Arc::clone(self), Arc::clone)
+    }
+
+    /// Drops the rows in which the proof mass was not read, unless fewer than two are left: a reading that is renewed at
+    /// every other row is one of half the rate.
+    fn drop_rows_without_motion(&mut self) {
+        let is_read: Vec<bool> = self.proof_mass.iter().map(|x| x.is_finite()).collect();
+        if is_read.iter().filter(|read| **read).nth(1).is_none() {
+            return;
+        }
+        let keep = |values: &mut Vec<f64>| {
+            let mut read = is_read.iter();
+            values.retain(|_| read.next().is_some_and(|read| *read));
+        };
+        keep(&mut self.time);
+        keep(&mut self.proof_mass);
+        self.voltage.iter_mut().for_each(keep);
+        self.cantilever.iter_mut().for_each(keep);
+        self.interval = median_interval(&self.time);
     }
 
     /// The recorded voltage as samples of a drive, `(times [s], volts [V])` without missing

@@ -20,7 +20,7 @@ pub(super) fn show(ui: &mut Ui, overlay: &Overlay) {
         if !asked {
             let (context, recording) = (ui.ctx().clone(), recording.clone());
             std::thread::spawn(move || {
-                recording.instrument_faults();
+                let _ = recording.instrument_faults();
                 context.request_repaint();
             });
         }
@@ -71,7 +71,7 @@ mod tests {
         xp[900] -= 4e-6;
         let mut overlay = built_in::setup().overlays.swap_remove(0);
         overlay.recording = Arc::new(Recording::new("spiky", time, None, xp, None).unwrap());
-        overlay.recording.instrument_faults();
+        let _ = overlay.recording.instrument_faults();
         let mut harness = Harness::new_ui(|ui| show(ui, &overlay));
         harness.run();
         harness.get_by_label("Instrument: 2 spikes in xp");

@@ -43,6 +43,7 @@ pub fn screen(
     let mut remarks = Vec::new();
     let (train, mut held_out) = (train.to_vec(), held_out.to_vec());
     remarks.extend(faults_of(train.iter().chain(&held_out)));
+    check_motion(&train)?;
     let options = FitOptions::for_model(model);
     let mut may_name = true;
     for part in train.iter().chain(&held_out) {
@@ -56,7 +57,6 @@ pub fn screen(
     }
     check_connections(model, &train)?;
     let all: Vec<Part> = train.iter().chain(&held_out).cloned().collect();
-    check_motion(&train)?;
     let seldom = sampling_doubts(model, &all).into_iter();
     remarks.extend(seldom.map(|said| Remark::CoarseSampling { said }));
     let findings = summarize(model, &all);
@@ -115,4 +115,32 @@ fn faults_of<'a>(parts: impl Iterator<Item = &'a Part>) -> Vec<Remark> {
         }));
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::screening::*;
+    use crate::diagnose::report::sentences;
+    use crate::diagnose::test_support::parts_of;
+    use crate::model::preset::Preset;
+
+    #[test]
+    fn faults_and_seldom_samples_are_remarks_and_nothing_read_is_an_error() {
+        let model = Preset::embedded("paper").unwrap().model;
+        let drives = [("square:15Hz:8V", 0.2)];
+        let made = parts_of(&model, &drives, 50e3, 20e-9).remove(0);
+        let mut r = (*made.recording).clone();
+        r.proof_mass[2500] += 5e-6;
+        let (train, held_out) = Part::split(Arc::new(r));
+        let screened = screen(&model, &[train], &[held_out]).unwrap();
+        let said = sentences::remarks(&screened.remarks);
+        let spikes = said.iter().filter(|text| text.contains("1 spike in xp"));
+        assert_eq!(spikes.count(), 1, "{said:?}");
+        let seldom = parts_of(&model, &drives, 10e3, 20e-9);
+        let said = sentences::remarks(&screen(&model, &seldom, &[]).unwrap().remarks);
+        assert!(said.iter().any(|text| text.contains("mode 2")), "{said:?}");
+        let still = parts_of(&model, &[("rest", 0.1)], 50e3, 20e-9);
+        let error = screen(&model, &still, &[]).unwrap_err().to_string();
+        assert!(error.contains("nothing but noise"), "{error}");
+    }
 }

@@ -44,7 +44,9 @@ fn is_noise(part: &Part) -> bool {
     };
     let variance = product(0);
     let most = MAX_NOISE_CORRELATION + NOISE_CORRELATION_SIGMAS / n.sqrt();
-    variance.sqrt() <= MAX_STILL_DEVIATION * noise.sigma
+    // A constant reading is refused as such.
+    variance > 0.0
+        && variance.sqrt() <= MAX_STILL_DEVIATION * noise.sigma
         && (1..=NOISE_CORRELATION_LAGS).all(|lag| product(lag).abs() <= most * variance)
 }
 

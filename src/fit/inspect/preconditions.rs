@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::channel_noise::noise_of;
 use super::connections::check_connections;
-use super::motion::{check_motion, sampling_doubts};
+use super::motion::sampling_doubts;
 use super::plausible_units::{check_columns, check_level};
 use super::recording_summary::{RecordingSummary, summarize};
 use super::same_device::{check_ring_frequency, rest_height_doubt};
@@ -145,7 +145,6 @@ pub fn check_fit(
             }
         }
     }
-    check_motion(train)?;
     let summaries = summarize(model, &all);
     let ring = one_device(model, &all, &summaries)?;
     Ok(ring

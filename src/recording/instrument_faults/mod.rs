@@ -39,6 +39,16 @@ impl InstrumentFaults {
         &self.unusable[channel as usize]
     }
 
+    /// Share of a channel's samples that repeat a reading, 0 to 1.
+    #[must_use]
+    pub fn held_share(&self, channel: Channel) -> f64 {
+        let held = |f: &&InstrumentFault| f.channel == channel && f.kind == FaultKind::HeldReadings;
+        self.faults
+            .iter()
+            .find(held)
+            .map_or(0.0, InstrumentFault::share)
+    }
+
     /// How many samples of all channels together are unusable.
     #[must_use]
     pub fn count_unusable(&self) -> usize {

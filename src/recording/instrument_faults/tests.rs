@@ -175,6 +175,13 @@ fn every_frame_twice_is_a_held_reading() {
     let fault = only(&twice);
     assert_eq!(fault.kind, FaultKind::HeldReadings);
     assert!((fault.share() - 0.5).abs() < 0.02, "{}", fault.share());
+    // What is left is a recording of half the rate, with the noise that it has.
+    let half = std::sync::Arc::new(twice).usable();
+    assert!((half.len() as f64 / r.len() as f64 - 0.5).abs() < 0.02);
+    assert!((half.interval() / r.interval() - 2.0).abs() < 1e-9);
+    assert_eq!(half.voltage.as_ref().map(Vec::len), Some(half.len()));
+    let noise = half.noise(Channel::ProofMass).unwrap().sigma;
+    assert!((noise / 20e-9 - 1.0).abs() < 0.25, "{noise}");
 }
 
 #[test]

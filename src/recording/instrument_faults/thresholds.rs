@@ -28,6 +28,9 @@ pub const MAX_NOISE_SHARE_OF_SPAN: f64 = 2e-2;
 pub const MAX_NOISE_SHARE_OVER_GROUND: f64 = 1e-3;
 
 // Held readings.
+/// Share of rows that repeat a reading of the proof mass from which they are dropped \[-\]: what is left is a recording of
+/// a lower rate, whose noise can be estimated.
+pub const MAX_MISSING_ROW_SHARE: f64 = 0.3;
 /// Expected number of runs of equal readings by chance, below which one is a fault: one recording
 /// in ten thousand.
 pub const EQUAL_RUN_CHANCE: f64 = 1e-4;
