@@ -438,7 +438,7 @@ impl Recording {
                 copy.drop_rows_without_motion();
             }
             // The copy by itself shows what was found as missing readings.
-            copy.derived.faults.clone_from(&self.derived.faults);
+            copy.derived.faults = OnceLock::from(Arc::new(faults.with_none_unusable()));
             copy.derived.usable = OnceLock::from(None);
             Some(Arc::new(copy))
         });

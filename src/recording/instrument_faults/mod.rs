@@ -49,6 +49,15 @@ impl InstrumentFaults {
             .map_or(0.0, InstrumentFault::share)
     }
 
+    /// The same faults of a copy in which unusable samples are missing.
+    #[must_use]
+    pub fn with_none_unusable(&self) -> Self {
+        Self {
+            faults: self.faults.clone(),
+            unusable: Default::default(),
+        }
+    }
+
     /// How many samples of all channels together are unusable.
     #[must_use]
     pub fn count_unusable(&self) -> usize {
