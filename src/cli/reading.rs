@@ -14,7 +14,8 @@ pub struct ReadingArguments {
     /// Turns a channel over, e.g. xp=-1 where displacements are positive downwards; V, xp or xc; repeatable
     #[arg(long, value_name = "CHANNEL=-1", allow_hyphen_values = true)]
     sign: Vec<String>,
-    /// Factor of a channel, e.g. V=20 or V=20V/V for a voltage read at a 1/20 monitor; V, xp or xc; repeatable
+    /// Factor of a channel, e.g. V=20 or V=20V/V for a voltage read at a 1/20 monitor; V, xp or xc;
+    /// repeatable
     #[arg(long, value_name = "CHANNEL=FACTOR", allow_hyphen_values = true)]
     scale: Vec<String>,
 }

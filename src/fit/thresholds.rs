@@ -33,17 +33,17 @@ pub const MIN_VOLTAGE_SYMMETRY: f64 = 0.95;
 /// resolves as much.
 pub const NOISELESS_SHARE: f64 = 1e-6;
 
-/// Share of the samples at the end of a reading's range that may be left out \[-\]. With more, most of the motion is
-/// missing.
+/// Share of the samples at the end of a reading's range that may be left out \[-\]. With more, most
+/// of the motion is missing.
 pub const MAX_CLIPPED_SHARE: f64 = 0.1;
 
 // Whether anything moves.
 // Check with `cargo test --lib fit::inspect::motion`.
-/// Deviation of a reading from its mean up to which nothing moves \[noise of a sample\]. A motion as large as
-/// the noise has 1.4.
+/// Deviation of a reading from its mean up to which nothing moves \[noise of a sample\]. A motion
+/// as large as the noise has 1.4.
 pub const MAX_STILL_DEVIATION: f64 = 1.3;
-/// Correlation of neighbours up to which they do not go together \[-\], beyond chance. A motion of a fifth of
-/// the noise's variance has 0.17.
+/// Correlation of neighbours up to which they do not go together \[-\], beyond chance. A motion of
+/// a fifth of the noise's variance has 0.17.
 pub const MAX_NOISE_CORRELATION: f64 = 0.1;
 /// The same by chance \[standard deviations\].
 pub const NOISE_CORRELATION_SIGMAS: f64 = 4.0;
@@ -65,17 +65,18 @@ pub const CONNECTION_STEPS_PER_PERIOD: f64 = 20.0;
 pub const CONNECTION_MAX_RECORDINGS: usize = 3;
 /// Blocks at least: a correlation of 0.6 in ten is no chance.
 pub const CONNECTION_MIN_BLOCKS: usize = 10;
-/// Share of the voltage's deviation that is slow, at least \[-\]. Faster drives move the mass by its dynamics.
+/// Share of the voltage's deviation that is slow, at least \[-\]. Faster drives move the mass by
+/// its dynamics.
 pub const CONNECTION_MIN_SLOW_SHARE: f64 = 0.4;
 /// Correlation of slow motion with the voltage, in recording and model \[-\].
 pub const CONNECTION_MIN_CORRELATION: f64 = 0.6;
-/// Below this part of the known voltage the film's hysteresis decides on the direction of slow motion \[-\]: that turns over at
-/// 1.5 V.
+/// Below this part of the known voltage the film's hysteresis decides on the direction of slow
+/// motion \[-\]: that turns over at 1.5 V.
 pub const HYSTERESIS_VOLTAGE_PARTS: f64 = 3.0;
 /// Factor by which xc over xp is nearer to the inverse of the model's than to it \[-\].
 pub const EXCHANGED_MARGIN: f64 = 1.5;
-/// Ratio of slow motion in the recording to that of the model from which the voltage is a monitor's \[-\]. A device with
-/// f1 and eta off by 60 % has 6.4.
+/// Ratio of slow motion in the recording to that of the model from which the voltage is a monitor's
+/// \[-\]. A device with f1 and eta off by 60 % has 6.4.
 pub const MIN_MONITOR_RATIO: f64 = 8.0;
 /// Factors of the monitors of amplifiers \[-\].
 pub const MONITOR_FACTORS: [f64; 4] = [10.0, 20.0, 50.0, 100.0];

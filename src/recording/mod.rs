@@ -411,8 +411,9 @@ impl Recording {
     }
 
     /// This recording for fit and diagnosis: NaN at samples that are no readings of the device
-    /// ([`InstrumentFaults::unusable_samples`]), without these rows where most repeat a reading, and the faults that were found here. The same recording
-    /// if it has none. What is drawn is this recording.
+    /// ([`InstrumentFaults::unusable_samples`]), without these rows where most repeat a reading,
+    /// and the faults that were found here. The same recording if it has none. What is drawn is
+    /// this recording.
     #[must_use]
     pub fn usable(self: &Arc<Self>) -> Arc<Self> {
         let usable = self.derived.usable.get_or_init(|| {
@@ -445,8 +446,8 @@ impl Recording {
         usable.as_ref().map_or_else(|| Arc::clone(self), Arc::clone)
     }
 
-    /// Drops the rows in which the proof mass was not read, unless fewer than two are left: a reading that is renewed at
-    /// every other row is one of half the rate.
+    /// Drops the rows in which the proof mass was not read, unless fewer than two are left: a
+    /// reading that is renewed at every other row is one of half the rate.
     fn drop_rows_without_motion(&mut self) {
         let is_read: Vec<bool> = self.proof_mass.iter().map(|x| x.is_finite()).collect();
         if is_read.iter().filter(|read| **read).nth(1).is_none() {

@@ -7,8 +7,9 @@ use crate::app::widgets::text::small;
 use crate::model::unit::counted;
 use crate::recording::instrument_faults::InstrumentFault;
 
-/// A line that says how many kinds of faults the instrument has, with sizes and places on hover. Nothing where there are none, or while
-/// they are looked for, which happens on a thread of its own.
+/// A line that says how many kinds of faults the instrument has, with sizes and places on hover.
+/// Nothing where there are none, or while they are looked for, which happens on a thread of its
+/// own.
 pub(super) fn show(ui: &mut Ui, overlay: &Overlay) {
     let recording = &overlay.recording;
     let Some(found) = recording.known_faults() else {

@@ -3,9 +3,9 @@
 //!
 //! What a recording shows of slow motion is compared with the model's own run under the same
 //! voltage. Means over some periods of the first mode leave what a static device does: how far
-//! the mass moves for a volt, on which side the ground holds it, and how much of it the cantilever moves. Of
-//! these only signs and orders of magnitude count, which a device with parameters far off has too. Devices without a drive say
-//! nothing here.
+//! the mass moves for a volt, on which side the ground holds it, and how much of it the cantilever
+//! moves. Of these only signs and orders of magnitude count, which a device with parameters far off
+//! has too. Devices without a drive say nothing here.
 
 use crate::fit::error::FitError;
 use crate::fit::inspect::channel_noise::noise_of;
@@ -94,7 +94,8 @@ impl Fault {
     }
 }
 
-/// Checks the connections of driven recordings, of a few of them together: a fault counts if each that shows anything shows it.
+/// Checks the connections of driven recordings, of a few of them together: a fault counts if each
+/// that shows anything shows it.
 ///
 /// # Errors
 /// [`FitError::Connection`].
@@ -173,7 +174,8 @@ fn judge(model: &Model, part: &Part, f1: f64) -> Option<Option<Fault>> {
         return points;
     }
     let ratio = shown.slope / expected.slope;
-    // At a small voltage the film's hysteresis turns the slow motion over, so that a monitor's may seem inverted.
+    // At a small voltage the film's hysteresis turns the slow motion over, so that a monitor's may
+    // seem inverted.
     if !(0.0..MIN_MONITOR_RATIO).contains(&ratio) {
         let slope_of = |factor: f64| Some(line(&measured.voltage, &run(factor)?.xp)?.slope);
         if let Some(factor) = monitor_factor(shown.slope, most, slope_of) {
@@ -193,8 +195,8 @@ fn judge(model: &Model, part: &Part, f1: f64) -> Option<Option<Fault>> {
     Some(unit.map(Fault::Unit))
 }
 
-/// The factor by which a voltage up to `most` \[V\] must be larger for the slow motion to have this `slope`, if the factor of a monitor
-/// does it. `slope_of` is that of the model.
+/// The factor by which a voltage up to `most` \[V\] must be larger for the slow motion to have this
+/// `slope`, if the factor of a monitor does it. `slope_of` is that of the model.
 fn monitor_factor(slope: f64, most: f64, slope_of: impl Fn(f64) -> Option<f64>) -> Option<f64> {
     MONITOR_FACTORS
         .into_iter()
@@ -266,7 +268,8 @@ fn simulated(
     })
 }
 
-/// The voltage from `from` to `to` \[s\] at some instants a period of the first mode, counted from its beginning.
+/// The voltage from `from` to `to` \[s\] at some instants a period of the first mode, counted from
+/// its beginning.
 fn voltage_table(r: &Recording, from: f64, to: f64, f1: f64) -> (Vec<f64>, Vec<f64>) {
     let step = 1.0 / (CONNECTION_STEPS_PER_PERIOD * f1);
     let count = ((to - from) / step) as usize;

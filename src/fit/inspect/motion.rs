@@ -27,8 +27,8 @@ pub fn check_motion(parts: &[Part]) -> Result<(), FitError> {
     })
 }
 
-/// Whether the displacement of a part is white noise about one level: it deviates from its mean no more than the
-/// noise between neighbours, and neighbours do not go together.
+/// Whether the displacement of a part is white noise about one level: it deviates from its mean no
+/// more than the noise between neighbours, and neighbours do not go together.
 fn is_noise(part: &Part) -> bool {
     let r = &part.recording;
     let Ok(noise) = noise_of(r, Channel::ProofMass) else {

@@ -40,7 +40,8 @@ pub fn check(
     check_summaries(model, parts, summaries, options)
 }
 
-/// What [`check`] found, unless the cause is that a channel is connected wrongly: that is said in its place.
+/// What [`check`] found, unless the cause is that a channel is connected wrongly: that is said in
+/// its place.
 ///
 /// # Errors
 /// `checked`, or [`FitError::Connection`].
@@ -248,8 +249,9 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
     Ok(())
 }
 
-/// Samples at the end of a reading's range are left out, unless they are many. Where noise does not tell them from a rest, a
-/// reading that stays exactly at its extreme, again and again, has hit that end. A mass at rest on the ground does so too, but at a level with noise.
+/// Samples at the end of a reading's range are left out, unless they are many. Where noise does not
+/// tell them from a rest, a reading that stays exactly at its extreme, again and again, has hit
+/// that end. A mass at rest on the ground does so too, but at a level with noise.
 fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitError> {
     let Some(values) = r.channel(channel).map(|v| &v[part.samples.clone()]) else {
         return Ok(());

@@ -1,11 +1,13 @@
 //! Faults of the instrument: what is wrong with readings whatever the device does, found without a
 //! model, with where and how many.
 //!
-//! Each kind of fault is one file of [`kinds`], a function of a [`Signal`](signal::Signal): the samples of one
-//! channel with those left out that an earlier kind has found. Everything is measured in the
-//! recording's own samples, steps and noise, so that no unit and no sampling rate matters. Readings that are
-//! not the device's ([`unusable_samples`](InstrumentFaults::unusable_samples)) are left out of fit and diagnosis ([`Recording::usable`](super::Recording::usable));
-//! what is drawn is the recording as it was read.
+//! Each kind of fault is one file of [`kinds`], a function of a [`Signal`](signal::Signal): the
+//! samples of one channel with those left out that an earlier kind has found. Everything is
+//! measured in the recording's own samples, steps and noise, so that no unit and no sampling rate
+//! matters. Readings that are not the device's
+//! ([`unusable_samples`](InstrumentFaults::unusable_samples)) are left out of fit and diagnosis
+//! ([`Recording::usable`](super::Recording::usable)); what is drawn is the recording as it was
+//! read.
 
 mod fault;
 mod kinds;
@@ -65,8 +67,8 @@ impl InstrumentFaults {
     }
 }
 
-/// Looks for all kinds of faults in all channels. [`Recording::instrument_faults`](super::Recording::instrument_faults)
-/// keeps the answer.
+/// Looks for all kinds of faults in all channels.
+/// [`Recording::instrument_faults`](super::Recording::instrument_faults) keeps the answer.
 ///
 /// # Examples
 /// ```

@@ -34,8 +34,8 @@ pub struct Signal<'a> {
     pub voltage: Option<&'a [f64]>,
     /// Noise of the channel; `None` if too few samples follow one another.
     pub noise: Option<NoiseEstimate>,
-    /// Whether the voltage steps within [`VOLTAGE_EDGE_SAMPLES`] of a sample: what happens in a reading then may follow from
-    /// it. Always false in the voltage itself.
+    /// Whether the voltage steps within [`VOLTAGE_EDGE_SAMPLES`] of a sample: what happens in a
+    /// reading then may follow from it. Always false in the voltage itself.
     pub near_edge: Vec<bool>,
 }
 

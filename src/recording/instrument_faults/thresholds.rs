@@ -4,8 +4,8 @@
 
 /// Places that are listed \[places\]: more are counted.
 pub const MAX_PLACES: usize = 50;
-/// Samples around a step of the voltage in which spikes and jumps of a reading are left alone: they may follow from
-/// it, by physics or by coupling of the cables.
+/// Samples around a step of the voltage in which spikes and jumps of a reading are left alone: they
+/// may follow from it, by physics or by coupling of the cables.
 pub const VOLTAGE_EDGE_SAMPLES: usize = 4;
 /// Share of the voltage's span that is a step \[-\].
 pub const VOLTAGE_EDGE_SHARE: f64 = 0.2;
@@ -17,8 +17,8 @@ pub const MIN_NOISE_SHARE_OF_SPAN: f64 = 4e-6;
 /// Equal extreme values in a row from which they are the end of a sensor's range \[samples\]. Noise
 /// repeats a value a few times at most.
 pub const CLIPPED_MIN_RUN: usize = 6;
-/// Share of equal neighbours from which a reading is noiseless, coarse or held \[-\]. Noise finer than the steps
-/// has less.
+/// Share of equal neighbours from which a reading is noiseless, coarse or held \[-\]. Noise finer
+/// than the steps has less.
 pub const MAX_EQUAL_NEIGHBOUR_SHARE: f64 = 0.05;
 
 /// Noise above this share of the span may be fast motion \[-\].
@@ -28,8 +28,8 @@ pub const MAX_NOISE_SHARE_OF_SPAN: f64 = 2e-2;
 pub const MAX_NOISE_SHARE_OVER_GROUND: f64 = 1e-3;
 
 // Held readings.
-/// Share of rows that repeat a reading of the proof mass from which they are dropped \[-\]: what is left is a recording of
-/// a lower rate, whose noise can be estimated.
+/// Share of rows that repeat a reading of the proof mass from which they are dropped \[-\]: what is
+/// left is a recording of a lower rate, whose noise can be estimated.
 pub const MAX_MISSING_ROW_SHARE: f64 = 0.3;
 /// Expected number of runs of equal readings by chance, below which one is a fault: one recording
 /// in ten thousand.
@@ -39,8 +39,8 @@ pub const EQUAL_RUN_CHANCE: f64 = 1e-4;
 pub const MAX_UNNOTICED_SHARE: f64 = 0.02;
 /// Readings on either side from which it is known how much they differ there.
 pub const HELD_NEIGHBOURS: usize = 6;
-/// Readings around differ by so many standard deviations of the noise at least: a quarter of the differences of noise is
-/// below 0.45, and a simulation that has settled is far below.
+/// Readings around differ by so many standard deviations of the noise at least: a quarter of the
+/// differences of noise is below 0.45, and a simulation that has settled is far below.
 pub const HELD_MIN_STEP_SIGMAS: f64 = 0.15;
 /// Readings up to so far apart are compared with each other for the chance that two are equal.
 pub const RECURRENCE_LAGS: usize = 4;
@@ -52,8 +52,8 @@ pub const HELD_MIN_RUN: usize = 3;
 pub const HELD_JUMP_SIGMAS: f64 = 8.0;
 /// The jump exceeds so many steps of the recorder: a slow motion goes by one at a time.
 pub const HELD_JUMP_LATTICE_STEPS: f64 = 3.5;
-/// The jump's speed and that around it differ by this factor at most \[-\]. A mass that stops and starts has
-/// gone a third or less of that way.
+/// The jump's speed and that around it differ by this factor at most \[-\]. A mass that stops and
+/// starts has gone a third or less of that way.
 pub const HELD_JUMP_MAX_RATIO: f64 = 1.6;
 
 // Spikes.
@@ -87,14 +87,16 @@ pub const FRINGE_SIDE_SAMPLES: usize = 6;
 /// A jump exceeds so many standard deviations of the noise. The parabolas' ends are good to 2.3
 /// together.
 pub const FRINGE_SIGMAS: f64 = 14.0;
-/// A jump exceeds so many times what a tenth of the steps differ from their neighbours \[-\]: noise has 3.7 standard deviations there.
+/// A jump exceeds so many times what a tenth of the steps differ from their neighbours \[-\]: noise
+/// has 3.7 standard deviations there.
 pub const FRINGE_USUAL_STEPS: f64 = 4.0;
-/// Smaller jumps down to this share of the least are counted, too \[-\]: where these are more, all are noise.
+/// Smaller jumps down to this share of the least are counted, too \[-\]: where these are more, all
+/// are noise.
 pub const FRINGE_SMALLER_SHARE: f64 = 0.6;
 /// What the parabolas leave, as a share of the jump at most \[-\], beyond twice the noise.
 pub const FRINGE_MAX_MISFIT: f64 = 0.08;
-/// Change of the slope over a sample, as a share of the jump at most \[-\], beyond the noise. An impact has twice
-/// the jump that its parabolas leave.
+/// Change of the slope over a sample, as a share of the jump at most \[-\], beyond the noise. An
+/// impact has twice the jump that its parabolas leave.
 pub const FRINGE_MAX_TURN: f64 = 0.25;
 /// A jump exceeds so many times what a step differs from its neighbours around it \[-\].
 pub const FRINGE_MIN_PROMINENCE: f64 = 3.0;
@@ -104,7 +106,8 @@ pub const FRINGE_ALIKE: f64 = 0.15;
 pub const FRINGE_MAX_MULTIPLE: f64 = 4.0;
 /// A single jump is so many times larger than the least of several: nothing else confirms it.
 pub const LONE_JUMP_FACTOR: f64 = 2.0;
-/// And it stands out so many times from the steps around it \[-\]: an impact within a fast vibration has 2.6.
+/// And it stands out so many times from the steps around it \[-\]: an impact within a fast
+/// vibration has 2.6.
 pub const LONE_JUMP_PROMINENCE: f64 = 6.0;
 /// Share of the jumps that are multiples \[-\]: the rest are events read wrongly.
 pub const FRINGE_MIN_AGREEMENT: f64 = 0.8;
@@ -135,8 +138,8 @@ pub const LINES_PER_RESOLUTION: f64 = 4.0;
 pub const LINE_SIGMAS: f64 = 10.0;
 /// Share of the levels' variance that the line explains \[-\]. A creep or a drift leaves more.
 pub const LINE_MIN_EXPLAINED: f64 = 0.8;
-/// A line so near to one of the drive may be motion \[resolutions of the recording\]: a line that stands out is known
-/// better than that.
+/// A line so near to one of the drive may be motion \[resolutions of the recording\]: a line that
+/// stands out is known better than that.
 pub const DRIVE_LINE_RESOLUTIONS: f64 = 0.3;
 
 // AC coupling.
@@ -148,7 +151,8 @@ pub const AC_MIN_EXPLAINED: f64 = 0.8;
 pub const AC_MAX_ZERO_SHARE: f64 = 0.1;
 /// Spread of the levels as a share of the span at least \[-\].
 pub const AC_MIN_LEVEL_SPREAD_SHARE: f64 = 0.01;
-/// Spread of the voltages as a share of theirs at least \[-\]: with one voltage the mass itself may relax, unless it was stopped.
+/// Spread of the voltages as a share of theirs at least \[-\]: with one voltage the mass itself may
+/// relax, unless it was stopped.
 pub const AC_MIN_VOLTAGE_SPREAD_SHARE: f64 = 0.5;
 /// Stays that begin with a sudden stop, at least: a ground holds the mass there.
 pub const AC_MIN_STOPS: usize = 3;
@@ -156,7 +160,8 @@ pub const AC_MIN_STOPS: usize = 3;
 pub const AC_STOP_SPEED_RATIO: f64 = 10.0;
 
 // Coarse steps.
-/// Steps over the span of a reading up to which they are worth a word: those of twelve bits change nothing that is seen.
+/// Steps over the span of a reading up to which they are worth a word: those of twelve bits change
+/// nothing that is seen.
 pub const MAX_COARSE_STEPS: f64 = 4096.0;
 /// Share of samples at which readings in steps bend \[-\]: a noiseless ramp does so at its corners alone.
 pub const MIN_BENT_SHARE: f64 = 0.1;

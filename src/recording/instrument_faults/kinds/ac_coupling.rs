@@ -67,7 +67,8 @@ pub fn find(signal: &Signal<'_>) -> Option<Found> {
     })
 }
 
-/// Whether the mass moved fast before the first block of a stay, with no step of the voltage near: the ground has stopped it.
+/// Whether the mass moved fast before the first block of a stay, with no step of the voltage near:
+/// the ground has stopped it.
 fn is_sudden_stop(signal: &Signal<'_>, first: &Block) -> bool {
     let start = first.samples.start;
     let from = start.saturating_sub(2 * QUIET_BLOCK_SAMPLES);

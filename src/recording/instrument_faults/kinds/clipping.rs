@@ -54,8 +54,9 @@ pub fn find(signal: &Signal<'_>) -> Option<Found> {
     })
 }
 
-/// Noise of the readings between the extremes as a share of the span, if there is any. Without it, a mass may
-/// rest at the lowest reading exactly; and where it is large or coloured, fast motion may pass for noise.
+/// Noise of the readings between the extremes as a share of the span, if there is any. Without it,
+/// a mass may rest at the lowest reading exactly; and where it is large or coloured, fast motion
+/// may pass for noise.
 fn noise_share_between(signal: &Signal<'_>, low: f64, high: f64) -> Option<f64> {
     let mut between = signal.values.clone();
     for v in &mut between {

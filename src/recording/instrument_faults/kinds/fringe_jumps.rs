@@ -1,8 +1,8 @@
 //! Steps of a reading by multiples of one size inside smooth motion, as when an interferometer
 //! miscounts a fringe.
 //!
-//! Left and right of the step the motion goes on with the same speed: parabolas through the samples on either side lie a
-//! step apart and have one slope. At an impact they meet and have two.
+//! Left and right of the step the motion goes on with the same speed: parabolas through the samples
+//! on either side lie a step apart and have one slope. At an impact they meet and have two.
 
 use crate::recording::channel::Channel;
 use crate::recording::instrument_faults::fault::FaultKind;
@@ -143,7 +143,8 @@ fn beyond_neighbours(values: &[f64], at: usize) -> f64 {
     step(at) - 0.5 * (step(at - 1) + step(at + 1))
 }
 
-/// The same that a tenth of the samples exceed: noise that is not the same everywhere shows in it. NaN where nothing is known.
+/// The same that a tenth of the samples exceed: noise that is not the same everywhere shows in it.
+/// NaN where nothing is known.
 fn usual_steps(values: &[f64]) -> f64 {
     let all = 1..values.len().saturating_sub(2);
     let mut beyond: Vec<f64> = all
@@ -163,8 +164,9 @@ fn usual_beyond(values: &[f64], at: usize) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The size of which nearly all jumps are multiples; two must be equal, and a single one exceed `lone`. One of them at least
-/// must happen while the mass moves: a mass at rest on a ground that steps is no fault.
+/// The size of which nearly all jumps are multiples; two must be equal, and a single one exceed
+/// `lone`. One of them at least must happen while the mass moves: a mass at rest on a ground that
+/// steps is no fault.
 fn common_size(jumps: &[Jump], sigma: f64, lone: f64) -> Option<f64> {
     let smallest = jumps.iter().map(|j| j.size.abs()).reduce(f64::min)?;
     let moving = |j: &&Jump| j.speed.abs() > FRINGE_MIN_SPEED_SIGMAS * sigma;

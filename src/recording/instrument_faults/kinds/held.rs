@@ -55,8 +55,9 @@ fn equal_runs(values: &[f64]) -> Vec<Range<usize>> {
     runs
 }
 
-/// Whether equal readings in run `k` are no chance, judged by how much the readings around it differ. Nothing
-/// is said where readings lie exactly at the same value elsewhere, as those of a mass at rest in a simulation do.
+/// Whether equal readings in run `k` are no chance, judged by how much the readings around it
+/// differ. Nothing is said where readings lie exactly at the same value elsewhere, as those of a
+/// mass at rest in a simulation do.
 fn is_no_chance(signal: &Signal<'_>, runs: &[Range<usize>], k: usize, levels: &Levels) -> bool {
     let Levels { values, recurring } = levels;
     let repeats = runs[k].len() - 1;
@@ -90,13 +91,14 @@ fn is_no_chance(signal: &Signal<'_>, runs: &[Range<usize>], k: usize, levels: &L
 struct Levels {
     /// The values of all runs, increasing.
     values: Vec<f64>,
-    /// How often two readings near each other are equal with another between them: a held reading is never so.
+    /// How often two readings near each other are equal with another between them: a held reading
+    /// is never so.
     recurring: f64,
 }
 
 impl Levels {
-    /// `None` where equal readings say nothing: without noise, in steps as coarse as it, or if there are so few
-    /// levels, even or not, that they recur.
+    /// `None` where equal readings say nothing: without noise, in steps as coarse as it, or if
+    /// there are so few levels, even or not, that they recur.
     fn of(signal: &Signal<'_>, runs: &[Range<usize>]) -> Option<Self> {
         let noise = signal.noise?;
         if noise.quantised || noise.sigma <= MIN_NOISE_SHARE_OF_SPAN * signal.span() {

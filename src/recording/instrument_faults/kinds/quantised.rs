@@ -15,8 +15,8 @@ pub fn find(signal: &Signal<'_>) -> Option<Found> {
     if signal.span() > MAX_COARSE_STEPS * step {
         return None;
     }
-    // Equal steps in a row are a ramp, and steps that grow evenly a fall: every sample of these lies on a lattice,
-    // rounded or not. A rounded reading bends up and down all the time.
+    // Equal steps in a row are a ramp, and steps that grow evenly a fall: every sample of these
+    // lies on a lattice, rounded or not. A rounded reading bends up and down all the time.
     let bends = || signal.values.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]);
     let up = bends().filter(|bend| *bend > 0.5 * step).count();
     let down = bends().filter(|bend| *bend < -0.5 * step).count();

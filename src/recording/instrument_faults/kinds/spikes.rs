@@ -107,8 +107,9 @@ fn usual_bend(values: &[f64]) -> f64 {
     quantile_in_place(&mut all, 0.5)
 }
 
-/// How far a motion may lie off the line across `samples`, by what is known of it around: by how it bends, and by the
-/// speeds before and after, between which it may turn suddenly. Infinite where too little is known.
+/// How far a motion may lie off the line across `samples`, by what is known of it around: by how it
+/// bends, and by the speeds before and after, between which it may turn suddenly. Infinite where
+/// too little is known.
 fn reach_of_motion(values: &[f64], samples: &Range<usize>) -> f64 {
     let width = samples.len() as f64 + 1.0;
     let curved = (0.5 * width).powi(2) * bend_around(values, samples);
@@ -132,8 +133,8 @@ fn reach_of_motion(values: &[f64], samples: &Range<usize>) -> f64 {
         .max(SPIKE_RETURNS * gone.abs())
 }
 
-/// How much the motion bends around samples that are left out: next to them at most, farther off at the fourth strongest place,
-/// for another spike bends three. Infinite where too little is known.
+/// How much the motion bends around samples that are left out: next to them at most, farther off at
+/// the fourth strongest place, for another spike bends three. Infinite where too little is known.
 fn bend_around(values: &[f64], samples: &Range<usize>) -> f64 {
     let from = samples.start.saturating_sub(BEND_NEIGHBOURHOOD).max(1);
     let to = (samples.end + BEND_NEIGHBOURHOOD).min(values.len() - 1);

@@ -1,9 +1,9 @@
 //! Mains hum, or another line at one frequency in the reading itself.
 //!
 //! It is looked for while the ground holds the mass: nothing that moves the device moves the reading
-//! then, so that a vibration of the base does not show and a line of the instrument does. A line at a multiple of the
-//! drive's frequency, or of half of it, may be motion after all and has no name. Neither has one
-//! in a device that nothing holds.
+//! then, so that a vibration of the base does not show and a line of the instrument does. A line at
+//! a multiple of the drive's frequency, or of half of it, may be motion after all and has no name.
+//! Neither has one in a device that nothing holds.
 
 use crate::recording::channel::Channel;
 use crate::recording::instrument_faults::fault::FaultKind;
