@@ -170,17 +170,20 @@ fn judge(model: &Model, part: &Part, f1: f64) -> Option<Option<Fault>> {
         return Some(Some(fault));
     }
     let weak = |l: &Line| l.correlation.abs() < CONNECTION_MIN_CORRELATION;
-    if weak(&shown) || weak(&expected) {
+    if weak(&shown) {
         return points;
     }
     let ratio = shown.slope / expected.slope;
-    // At a small voltage the film's hysteresis turns the slow motion over, so that a monitor's may
-    // seem inverted.
-    if !(0.0..MIN_MONITOR_RATIO).contains(&ratio) {
+    // At a small voltage the film's hysteresis blurs the slow motion or turns it over, so that a
+    // monitor's voltage may seem inverted.
+    if weak(&expected) || !(0.0..MIN_MONITOR_RATIO).contains(&ratio) {
         let slope_of = |factor: f64| Some(line(&measured.voltage, &run(factor)?.xp)?.slope);
         if let Some(factor) = monitor_factor(shown.slope, most, slope_of) {
             return Some(Some(Fault::Monitor(factor)));
         }
+    }
+    if weak(&expected) {
+        return points;
     }
     if ratio < 0.0 {
         let both = points != Some(Some(Fault::CantileverInverted));
