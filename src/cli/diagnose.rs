@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::fit::choices::{Choices, candidates};
+use super::reading::ReadingArguments;
 use super::watch::watched;
 use super::{Failure, interrupt, output, read};
 use crate::diagnose::{DiagnoseOptions, report};
@@ -27,6 +28,8 @@ pub struct Arguments {
     /// Effects that are compared, e.g. quadratic_drag,dry_friction; by default all of the catalogue
     #[arg(long, value_delimiter = ',', value_name = "ID,...")]
     candidates: Vec<String>,
+    #[command(flatten)]
+    reading: ReadingArguments,
     /// File for the answer as JSON; - for standard output, then without the summary
     #[arg(long, value_name = "F")]
     json: Option<PathBuf>,
@@ -54,7 +57,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let inputs = [&args.recordings[..], &args.held_out].concat();
     let mut results = output::ready(&outputs, &inputs)?;
     let split = args.held_out.is_empty();
-    let (train, held_out) = read::both_sides(&args.recordings, &args.held_out)?;
+    let (train, held_out) = read::both_sides(&args.recordings, &args.held_out, &args.reading)?;
     let mut answer = watched(&preset.model, (&train, &held_out), &options)?;
     if split {
         answer

@@ -9,6 +9,7 @@ mod fit;
 mod interrupt;
 mod output;
 mod read;
+mod reading;
 mod simulate;
 mod terminal;
 mod trial;

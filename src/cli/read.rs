@@ -5,20 +5,22 @@ use std::sync::Arc;
 
 use anyhow::anyhow;
 
+use super::reading::{ReadingArguments, scaled};
 use super::{Failure, terminal, wrong_command};
 use crate::fit::Part;
 use crate::recording::Recording;
-use crate::recording::csv::import_auto;
+use crate::recording::csv::import_auto_with;
 
-/// Reads recordings as their headers say. What the reader skipped or guessed goes to standard
+/// Reads recordings as their headers and `reading` say. What the reader skipped or guessed goes to standard
 /// error.
 ///
 /// # Errors
 /// The first file's that cannot be read; a recording that is named twice.
-pub fn read(paths: &[PathBuf]) -> Result<Vec<Arc<Recording>>, Failure> {
+pub fn read(paths: &[PathBuf], reading: &ReadingArguments) -> Result<Vec<Arc<Recording>>, Failure> {
+    let factors = reading.factors()?;
     let mut recordings: Vec<Arc<Recording>> = Vec::with_capacity(paths.len());
     for path in paths {
-        let recording = import_auto(path, None)?;
+        let recording = import_auto_with(path, &|settings| scaled(settings, factors), None)?;
         for warning in &recording.warnings {
             terminal::warning(format_args!("{}: {}", path.display(), warning.message));
         }
@@ -42,12 +44,13 @@ pub fn read(paths: &[PathBuf]) -> Result<Vec<Arc<Recording>>, Failure> {
 pub fn both_sides(
     train: &[PathBuf],
     held_out: &[PathBuf],
+    reading: &ReadingArguments,
 ) -> Result<(Vec<Part>, Vec<Part>), Failure> {
-    let recordings = read(train)?;
+    let recordings = read(train, reading)?;
     if held_out.is_empty() {
         return Ok(Part::sides(recordings, Vec::new()));
     }
-    let held_out = read(held_out)?;
+    let held_out = read(held_out, reading)?;
     for (own, other) in recordings
         .iter()
         .flat_map(|r| held_out.iter().map(move |h| (r, h)))
@@ -88,17 +91,19 @@ mod tests {
         let text = "t [s],xp [um]\n0,1\n1,2\n2,4\n3,1\n";
         let (a, copy) = (write("a.csv", text), write("copy.csv", text));
         let other = write("other.csv", "t [s],xp [um]\n0,1\n1,2\n2,4\n3,2\n");
-        let failure = read(&[a.clone(), copy.clone()]).unwrap_err();
+        let as_they_are = ReadingArguments::default();
+        let failure = read(&[a.clone(), copy.clone()], &as_they_are).unwrap_err();
         assert_eq!(failure.code, 2);
         assert!(failure.error.to_string().contains("copy.csv"));
-        let Err(failure) = both_sides(&[other.clone(), a.clone()], &[copy]) else {
+        let Err(failure) = both_sides(&[other.clone(), a.clone()], &[copy], &as_they_are) else {
             panic!("fitted to a held-out recording");
         };
         assert_eq!(failure.code, 2);
         assert!(failure.error.to_string().contains("has not seen"));
-        let (train, held_out) = both_sides(std::slice::from_ref(&a), &[other]).unwrap();
+        let (train, held_out) =
+            both_sides(std::slice::from_ref(&a), &[other], &as_they_are).unwrap();
         assert_eq!((train[0].samples.len(), held_out[0].samples.len()), (4, 4));
-        let (train, held_out) = both_sides(&[a], &[]).unwrap();
+        let (train, held_out) = both_sides(&[a], &[], &as_they_are).unwrap();
         assert_eq!((train[0].samples.len(), held_out[0].samples.len()), (2, 2));
     }
 }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::fit::{Contradiction, HeldParameter};
 use crate::model::preset::known_value::KnownValue;
+use crate::recording::instrument_faults::InstrumentFault;
 use crate::static_text::{self, StaticText};
 
 /// What a check found beyond its threshold.
@@ -106,17 +107,17 @@ pub enum Remark {
     SingleExcitation,
     /// So many held-out recordings were dropped, for they read other points of the device.
     HeldOutReadOtherPoints(usize),
-    /// Samples at the end of the sensor's range were dropped.
-    ClippedSamples {
+    /// Readings of a recording are not the device's, or only roughly.
+    InstrumentFault {
         /// Name of the recording.
         recording: String,
-        /// Symbol of the channel.
-        #[serde(deserialize_with = "static_text::one")]
-        channel: StaticText,
-        /// How many.
-        clipped: usize,
-        /// Of how many.
-        samples: usize,
+        /// What is wrong with them.
+        fault: InstrumentFault,
+    },
+    /// A recording samples a mode too seldom.
+    CoarseSampling {
+        /// As `fit::inspect` says it.
+        said: String,
     },
     /// There is nothing to prove an improvement by.
     NothingHeldOut,

@@ -8,9 +8,6 @@
 //! iterations, grids and sizes of probes decide nothing and stay where they are used.
 
 // Recordings (`data`). Judgement; check with `trial --conceal none`.
-/// Equal extreme values in a row from which they are the end of a sensor's range \[samples\]. Noise
-/// repeats a value a few times at most.
-pub const SATURATION_MIN_RUN: usize = 6;
 /// A recording below this is reported as short \[samples\]. It holds a few events only.
 pub const SHORT_RECORDING_SAMPLES: usize = 2000;
 /// Gain of log-likelihood from which noise is taken as coloured \[-\]. Two numbers more, the best

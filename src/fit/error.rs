@@ -36,6 +36,16 @@ pub enum FitError {
         "{recording}: xp is constant, so there is no motion to fit to; record while the device moves"
     )]
     Constant { recording: String },
+    #[error(
+        "{recording}: xp is nothing but noise of {noise} about one level, so there is no motion to read; check the column of xp, or record while the device moves"
+    )]
+    NoMotion { recording: String, noise: String },
+    #[error("{recording}: {what}; {remedy}")]
+    Connection {
+        recording: String,
+        what: String,
+        remedy: String,
+    },
     #[error("{recording}: xc is constant, so it was not recorded; remove that column")]
     ConstantCantilever { recording: String },
     #[error(

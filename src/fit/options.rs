@@ -171,10 +171,11 @@ pub fn whole_device(model: &Model) -> Vec<String> {
     all
 }
 
-/// A range of samples of a recording.
+/// A range of samples of a recording. Samples that are no readings of the device, by
+/// [`Recording::instrument_faults`], are missing in it.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// The recording.
+    /// The recording without unusable samples.
     pub recording: Arc<Recording>,
     /// Which samples of it.
     pub samples: Range<usize>,
@@ -183,6 +184,7 @@ pub struct Part {
 impl Part {
     /// All of a recording.
     pub fn whole(recording: Arc<Recording>) -> Self {
+        let recording = recording.usable();
         let samples = 0..recording.len();
         Self { recording, samples }
     }
@@ -216,6 +218,7 @@ impl Part {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn split(recording: Arc<Recording>) -> (Self, Self) {
+        let recording = recording.usable();
         let at = 2 * recording.len() / 3;
         let first = Self {
             samples: 0..at,
@@ -226,5 +229,20 @@ impl Part {
             recording,
         };
         (first, rest)
+    }
+
+    /// Sentences on what is wrong with the readings of each recording of `parts`, once each.
+    pub fn fault_sentences(parts: &[Part]) -> Vec<String> {
+        let mut out: Vec<String> = Vec::new();
+        for part in parts {
+            let r = &part.recording;
+            let own = r.instrument_faults().faults.iter();
+            for text in own.map(|fault| format!("{}: {}", r.name, fault.sentence())) {
+                if !out.contains(&text) {
+                    out.push(text);
+                }
+            }
+        }
+        out
     }
 }

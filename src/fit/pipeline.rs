@@ -4,7 +4,8 @@
 use std::sync::atomic::AtomicBool;
 
 use super::error::FitError;
-use super::inspect::preconditions::{check, check_fit};
+use super::inspect::motion::check_motion;
+use super::inspect::preconditions::{check, check_fit, or_connections};
 use super::inspect::recording_summary::summarize;
 use super::options::{FitOptions, Part};
 use super::problem::parameter_space::Space;
@@ -134,7 +135,9 @@ fn fitted_until_stopped(
     let model = &sound;
     model.check()?;
     let summaries = summarize(model, train);
-    check(model, train, &summaries, options)?;
+    check_motion(train)?;
+    let checked = check(model, train, &summaries, options);
+    or_connections(checked, model, train)?;
     for part in held_out {
         let one = std::slice::from_ref(part);
         // A held-out part need not touch the ground.
@@ -180,6 +183,8 @@ fn fitted_until_stopped(
         }
     }
     result.remarks.extend(doubts);
+    let all: Vec<Part> = train.iter().chain(held_out).cloned().collect();
+    result.remarks.extend(Part::fault_sentences(&all));
     Ok(Fitted {
         result,
         prepared,

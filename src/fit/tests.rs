@@ -99,6 +99,46 @@ fn a_bad_start_converges_and_the_result_repeats() {
 }
 
 #[test]
+fn readings_that_are_not_the_devices_do_not_move_a_fit() {
+    let truth = paper();
+    let start = off(paper(), &START_FACTORS);
+    let free = options(&["eta", "dp"]);
+    let sound = made(&truth, "sine:50Hz:8V", 0.05, 1);
+    let mut faulty = sound.clone();
+    for i in (150..2400).step_by(220) {
+        faulty.proof_mass[i] += if i % 440 == 150 { 9e-6 } else { -9e-6 };
+    }
+    for start in [400, 1300] {
+        let held = faulty.proof_mass[start];
+        faulty.proof_mass[start..start + 6].fill(held);
+    }
+    let a = run(&start, &[part(sound)], &free).unwrap();
+    let b = run(&start, &[part(faulty)], &free).unwrap();
+    for (a, b) in a.parameters.iter().zip(&b.parameters) {
+        let moved = (a.value - b.value).abs() / a.std_error;
+        assert!(moved < 1.0, "{}: {moved} standard errors", a.id);
+    }
+    for words in ["spikes in xp", "repeated readings in xp"] {
+        assert!(!a.remarks.iter().any(|r| r.contains(words)));
+        assert!(
+            b.remarks.iter().any(|r| r.contains(words)),
+            "{:?}",
+            b.remarks
+        );
+    }
+}
+
+#[test]
+fn a_wrong_connection_is_refused_before_a_fit() {
+    let mut inverted = made(&paper(), "square:15Hz:8V", 0.2, 1);
+    for x in inverted.voltage.iter_mut().flatten() {
+        *x = -*x;
+    }
+    let error = run(&paper(), &[part(inverted)], &options(&["eta"])).unwrap_err();
+    assert!(error.to_string().contains("give --sign V=-1"), "{error}");
+}
+
+#[test]
 fn a_shifted_clock_gives_the_same_values() {
     let truth = paper();
     let start = off(paper(), &START_FACTORS);

@@ -5,10 +5,11 @@
 //! Everything in it is SI. One file per format reads it ([`csv`]); [`align`] lays
 //! it over a simulation, [`compare`] measures what is left, [`noise`] says how
 //! much of that is noise, [`events`] finds the impacts and [`features`] the
-//! numbers of Table A.1.
+//! numbers of Table A.1. [`instrument_faults`] says which readings are not the device's.
 
 pub mod align;
 pub(crate) mod assemble;
+mod channel;
 pub mod compare;
 pub mod csv;
 pub(crate) mod error;
@@ -16,6 +17,7 @@ pub mod events;
 pub mod experiment_setup;
 pub mod features;
 pub(crate) mod grid;
+pub mod instrument_faults;
 pub mod lag;
 pub mod level;
 pub mod level_change;
@@ -30,6 +32,7 @@ pub(crate) mod times;
 pub mod velocity;
 
 pub use self::assemble::GAP_FACTOR;
+pub use self::channel::Channel;
 pub use self::error::{ImportError, ImportWarning, WarningKind};
 pub use self::grid::{Grid, TimeAxis};
 pub(crate) use self::statistics::{extremes, median_in_place, median_interval, quantile_in_place};
@@ -38,49 +41,14 @@ pub use self::times::exact_time::ExactTime;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use self::experiment_setup::{DriveSource, InstrumentUnknowns};
+use self::instrument_faults::thresholds::MAX_MISSING_ROW_SHARE;
+use self::instrument_faults::{Columns, InstrumentFaults, find_faults};
 use self::measured_drive::{MeasuredDrive, measured_drive};
 use self::noise::{NoiseError, NoiseEstimate, estimate_noise};
 use crate::model::drive::{DriveError, DriveReading};
-
-/// One measured quantity of a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Channel {
-    /// The drive voltage \[V\].
-    Voltage,
-    /// Displacement of the proof mass \[m\].
-    ProofMass,
-    /// Displacement of the cantilever's centre \[m\].
-    Cantilever,
-}
-
-impl Channel {
-    /// All channels, in the order in which they are written.
-    pub const ALL: [Channel; 3] = [Channel::Voltage, Channel::ProofMass, Channel::Cantilever];
-
-    /// The symbol used in headers: `V`, `xp`, `xc`.
-    #[must_use]
-    pub fn symbol(self) -> &'static str {
-        match self {
-            Channel::Voltage => "V",
-            Channel::ProofMass => "xp",
-            Channel::Cantilever => "xc",
-        }
-    }
-
-    /// SI unit of the channel.
-    #[must_use]
-    pub fn base_unit(self) -> &'static str {
-        match self {
-            Channel::Voltage => "V",
-            Channel::ProofMass | Channel::Cantilever => "m",
-        }
-    }
-}
 
 /// Why columns of numbers are not a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
@@ -149,6 +117,10 @@ struct Derived {
     drives: [OnceLock<Option<DriveResult>>; DriveReading::ALL.len()],
     /// Noise of each channel, in the order of [`Channel::ALL`].
     noise: [OnceLock<Result<NoiseEstimate, NoiseError>>; 3],
+    /// Faults of the instrument.
+    faults: OnceLock<Arc<InstrumentFaults>>,
+    /// The recording without unusable readings; `None` if it has none.
+    usable: OnceLock<Option<Arc<Recording>>>,
 }
 
 impl Clone for Derived {
@@ -416,6 +388,80 @@ impl Recording {
     #[must_use]
     pub fn noise(&self, channel: Channel) -> Option<NoiseEstimate> {
         self.estimate_noise(channel).ok()
+    }
+
+    /// Faults of the instrument. Looked for once.
+    #[must_use]
+    pub fn instrument_faults(&self) -> &InstrumentFaults {
+        let find = || {
+            let columns = Columns {
+                time: &self.time,
+                channels: Channel::ALL.map(|channel| self.channel(channel)),
+                noise: Channel::ALL.map(|channel| self.noise(channel)),
+            };
+            Arc::new(find_faults(&columns))
+        };
+        self.derived.faults.get_or_init(find)
+    }
+
+    /// The same if they were looked for already.
+    #[must_use]
+    pub fn known_faults(&self) -> Option<&InstrumentFaults> {
+        self.derived.faults.get().map(|faults| &**faults)
+    }
+
+    /// This recording for fit and diagnosis: NaN at samples that are no readings of the device
+    /// ([`InstrumentFaults::unusable_samples`]), without these rows where most repeat a reading,
+    /// and the faults that were found here. The same recording if it has none. What is drawn is
+    /// this recording.
+    #[must_use]
+    pub fn usable(self: &Arc<Self>) -> Arc<Self> {
+        let usable = self.derived.usable.get_or_init(|| {
+            let faults = self.instrument_faults();
+            let mut copy = (faults.count_unusable() > 0).then(|| (**self).clone())?;
+            for channel in Channel::ALL {
+                let unusable = faults.unusable_samples(channel);
+                let values = match channel {
+                    Channel::Voltage => copy.voltage.as_mut(),
+                    Channel::ProofMass => Some(&mut copy.proof_mass),
+                    Channel::Cantilever => copy.cantilever.as_mut(),
+                };
+                if let Some(values) = values {
+                    unusable.iter().for_each(|&i| values[i] = f64::NAN);
+                }
+            }
+            if faults.unusable_samples(Channel::Voltage).is_empty() {
+                // The drive is that of all rows, also where some are dropped.
+                let _ = self.own_drive();
+                copy.derived.drives.clone_from(&self.derived.drives);
+            }
+            if faults.held_share(Channel::ProofMass) > MAX_MISSING_ROW_SHARE {
+                copy.drop_rows_without_motion();
+            }
+            // The copy by itself shows what was found as missing readings.
+            copy.derived.faults = OnceLock::from(Arc::new(faults.with_none_unusable()));
+            copy.derived.usable = OnceLock::from(None);
+            Some(Arc::new(copy))
+        });
+        usable.as_ref().map_or_else(|| Arc::clone(self), Arc::clone)
+    }
+
+    /// Drops the rows in which the proof mass was not read, unless fewer than two are left: a
+    /// reading that is renewed at every other row is one of half the rate.
+    fn drop_rows_without_motion(&mut self) {
+        let is_read: Vec<bool> = self.proof_mass.iter().map(|x| x.is_finite()).collect();
+        if is_read.iter().filter(|read| **read).nth(1).is_none() {
+            return;
+        }
+        let keep = |values: &mut Vec<f64>| {
+            let mut read = is_read.iter();
+            values.retain(|_| read.next().is_some_and(|read| *read));
+        };
+        keep(&mut self.time);
+        keep(&mut self.proof_mass);
+        self.voltage.iter_mut().for_each(keep);
+        self.cantilever.iter_mut().for_each(keep);
+        self.interval = median_interval(&self.time);
     }
 
     /// The recorded voltage as samples of a drive, `(times [s], volts [V])` without missing

@@ -17,6 +17,7 @@ mod trace_cursor;
 
 pub use self::error::{Options, SimError};
 pub use self::runner::Runner;
+pub use self::stretch::prescribed_motion::ActingForces;
 pub use self::stretch::propagate::{StepSequence, Stretcher};
 pub use self::stretch::{Points, StretchSimulator, StretchState};
 pub use self::trace::{Event, EventKind, ForceTraces, Trace};

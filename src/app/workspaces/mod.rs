@@ -7,6 +7,7 @@ use super::setup::workspace_id::WorkspaceId;
 use super::state::State;
 
 pub mod diagnose;
+mod recording_faults;
 pub mod tune;
 
 /// Draws the workspace in view. An unknown name, for example from a newer session, shows

@@ -1,17 +1,19 @@
-//! Screening before anything is computed: whether the recordings can be used at all, and which of
-//! their samples must not be believed.
+//! Screening before anything is computed: whether the recordings can be used at all, and what is wrong with
+//! their readings. Samples that are no readings of the device are missing in a [`Part`] already.
 
 use std::sync::Arc;
 
 use crate::diagnose::findings::Remark;
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::thresholds::{SATURATION_MIN_RUN, SHORT_RECORDING_SAMPLES};
-use crate::fit::inspect::preconditions::check;
+use crate::diagnose::thresholds::SHORT_RECORDING_SAMPLES;
+use crate::fit::inspect::connections::check_connections;
+use crate::fit::inspect::motion::{check_motion, sampling_doubts};
+use crate::fit::inspect::preconditions::{check, or_connections};
 use crate::fit::inspect::recording_summary::summarize;
 use crate::fit::inspect::same_device::check_ring_frequency;
 use crate::fit::{FitError, FitOptions, Part};
 use crate::model::Model;
-use crate::recording::{Channel, Recording};
+use crate::recording::Recording;
 
 /// Recordings fit to be diagnosed.
 #[derive(Debug, Clone)]
@@ -39,23 +41,22 @@ pub fn screen(
         return Err(DiagnoseError::NoRecording);
     }
     let mut remarks = Vec::new();
-    let mut unclip = |parts: &[Part]| -> Vec<Part> {
-        parts
-            .iter()
-            .map(|p| without_clipped_samples(p, &mut remarks))
-            .collect()
-    };
-    let (train, mut held_out) = (unclip(train), unclip(held_out));
+    let (train, mut held_out) = (train.to_vec(), held_out.to_vec());
+    remarks.extend(faults_of(train.iter().chain(&held_out)));
+    check_motion(&train)?;
     let options = FitOptions::for_model(model);
     let mut may_name = true;
     for part in train.iter().chain(&held_out) {
         let one = std::slice::from_ref(part);
         match check(model, one, &summarize(model, one), &options) {
             Ok(()) | Err(FitError::NoContact { .. } | FitError::IrrelevantParameter { .. }) => {}
-            Err(error) => return Err(error.into()),
+            Err(error) => or_connections(Err(error), model, &train)?,
         }
     }
+    check_connections(model, &train)?;
     let all: Vec<Part> = train.iter().chain(&held_out).cloned().collect();
+    let seldom = sampling_doubts(model, &all).into_iter();
+    remarks.extend(seldom.map(|said| Remark::CoarseSampling { said }));
     let findings = summarize(model, &all);
     let of_one = check(model, &all, &findings, &options)
         .and_then(|()| check_ring_frequency(model, &all, &findings).map(|_| ()));
@@ -95,77 +96,49 @@ pub fn screen(
     })
 }
 
-/// The part without samples at the end of the sensor's range.
-fn without_clipped_samples(part: &Part, remarks: &mut Vec<Remark>) -> Part {
-    let r = &part.recording;
-    let mut clean: Option<Recording> = None;
-    for channel in [Channel::ProofMass, Channel::Cantilever] {
-        let Some(values) = r.channel(channel) else {
-            continue;
-        };
-        let clipped = clipped_samples(values);
-        if clipped.is_empty() {
-            continue;
-        }
-        remarks.push(Remark::ClippedSamples {
-            recording: r.name.clone(),
-            channel: channel.symbol(),
-            clipped: clipped.len(),
-            samples: values.len(),
-        });
-        let copy = clean.get_or_insert_with(|| (**r).clone());
-        let target = match channel {
-            Channel::Cantilever => copy.cantilever.as_mut(),
-            _ => Some(&mut copy.proof_mass),
-        };
-        if let Some(target) = target {
-            for i in clipped {
-                target[i] = f64::NAN;
-            }
-        }
-    }
-    match clean {
-        Some(clean) => Part {
-            recording: Arc::new(clean),
-            samples: part.samples.clone(),
-        },
-        None => part.clone(),
-    }
-}
-
-/// Samples in runs at the exact highest or lowest value. A mass at rest on the ground gives such
-/// runs too; they are no clipping unless everything else is noisy.
-fn clipped_samples(values: &[f64]) -> Vec<usize> {
-    let finite = values.iter().copied().filter(|v| v.is_finite());
-    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
-        (l.min(v), h.max(v))
-    });
-    let mut equal = 0usize;
-    let mut pairs = 0usize;
-    for pair in values.windows(2) {
-        if pair[0].is_finite() && pair[0] != high && pair[0] != low {
-            pairs += 1;
-            equal += usize::from(pair[0] == pair[1]);
-        }
-    }
-    // Where neighbours are equal everywhere, the reading is noiseless or coarse, and equal
-    // extremes mean nothing.
-    if pairs == 0 || equal as f64 > 0.05 * pairs as f64 {
-        return Vec::new();
-    }
+/// What is wrong with the readings of the recordings, each once: a recording may be on both sides.
+fn faults_of<'a>(parts: impl Iterator<Item = &'a Part>) -> Vec<Remark> {
+    let mut seen: Vec<&Arc<Recording>> = Vec::new();
     let mut out = Vec::new();
-    for extreme in [low, high] {
-        let mut start = 0;
-        while start < values.len() {
-            let run = values[start..]
-                .iter()
-                .take_while(|v| **v == extreme)
-                .count();
-            if run >= SATURATION_MIN_RUN {
-                out.extend(start..start + run);
-            }
-            start += run.max(1);
+    for part in parts {
+        let r = &part.recording;
+        if seen.iter().any(|known| Arc::ptr_eq(known, r)) {
+            continue;
         }
+        seen.push(r);
+        let faults = r.instrument_faults().faults.iter().cloned();
+        out.extend(faults.map(|fault| Remark::InstrumentFault {
+            recording: r.name.clone(),
+            fault,
+        }));
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::screening::*;
+    use crate::diagnose::report::sentences;
+    use crate::diagnose::test_support::parts_of;
+    use crate::model::preset::Preset;
+
+    #[test]
+    fn faults_and_seldom_samples_are_remarks_and_nothing_read_is_an_error() {
+        let model = Preset::embedded("paper").unwrap().model;
+        let drives = [("square:15Hz:8V", 0.2)];
+        let made = parts_of(&model, &drives, 50e3, 20e-9).remove(0);
+        let mut r = (*made.recording).clone();
+        r.proof_mass[2500] += 5e-6;
+        let (train, held_out) = Part::split(Arc::new(r));
+        let screened = screen(&model, &[train], &[held_out]).unwrap();
+        let said = sentences::remarks(&screened.remarks);
+        let spikes = said.iter().filter(|text| text.contains("1 spike in xp"));
+        assert_eq!(spikes.count(), 1, "{said:?}");
+        let seldom = parts_of(&model, &drives, 10e3, 20e-9);
+        let said = sentences::remarks(&screen(&model, &seldom, &[]).unwrap().remarks);
+        assert!(said.iter().any(|text| text.contains("mode 2")), "{said:?}");
+        let still = parts_of(&model, &[("rest", 0.1)], 50e3, 20e-9);
+        let error = screen(&model, &still, &[]).unwrap_err().to_string();
+        assert!(error.contains("nothing but noise"), "{error}");
+    }
 }

@@ -17,7 +17,8 @@ pub type Drift = (ActiveEffect, Vec<String>);
 pub struct Split {
     /// The recordings.
     pub parts: Vec<Part>,
-    pub(crate) findings: Vec<RecordingSummary>,
+    /// What each recording shows without a model of the motion.
+    pub findings: Vec<RecordingSummary>,
     /// The drift of the zero that their contacts show.
     pub(crate) drift: Option<Drift>,
     /// The recordings cut into event-free segments.

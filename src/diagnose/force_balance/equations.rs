@@ -7,7 +7,7 @@ use super::gram::Gram;
 use super::measured_run::MeasuredRun;
 use super::structure::AccelerationModel;
 use super::windows::{FlightWindows, Window};
-use crate::sim::stretch::prescribed_motion::ActingForces;
+use crate::sim::ActingForces;
 
 /// Prior standard deviation of the scale of a reading in one recording, relative to the others.
 const SCALE_SIGMA: f64 = 0.01;

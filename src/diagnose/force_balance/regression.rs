@@ -11,8 +11,7 @@ use super::windows::FlightWindows;
 use crate::model::effects::ActiveEffect;
 use crate::model::parameter::ParameterId;
 use crate::model::{Model, with_effect};
-use crate::sim::stretch::prescribed_motion::ActingForces;
-use crate::sim::{Options, SimError, StretchSimulator};
+use crate::sim::{ActingForces, Options, SimError, StretchSimulator};
 
 /// Thicknesses of the gas film at contact that the baseline may have together, as shares of the
 /// model's own: forces of films between these are their sums, all but exactly.

@@ -98,14 +98,10 @@ pub fn remark(remark: &Remark) -> String {
         Remark::HeldOutReadOtherPoints(count) => format!(
             "{count} held-out recordings were not used: their channels differ from those of the fitted ones"
         ),
-        Remark::ClippedSamples {
-            recording,
-            channel,
-            clipped,
-            samples,
-        } => format!(
-            "{recording}: {clipped} of {samples} samples of {channel} lie at the end of the sensor's range and were not used"
-        ),
+        Remark::InstrumentFault { recording, fault } => {
+            format!("{recording}: {}", fault.sentence())
+        }
+        Remark::CoarseSampling { said } => said.clone(),
         Remark::NothingHeldOut => "no recordings were held out, so no improvement can be proved".to_owned(),
         Remark::VibrationPhasesDiffer => "the base vibrates with a different phase in each recording; the phase given is that of the first recording".to_owned(),
         Remark::RestsAboveGround { recording } => format!(

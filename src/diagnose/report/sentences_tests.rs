@@ -5,6 +5,8 @@ use crate::diagnose::report::sentences::*;
 use crate::fit::{Contradiction, HeldParameter};
 use crate::model::effects::CATALOGUE;
 use crate::model::preset::known_value::KnownValue;
+use crate::recording::Channel;
+use crate::recording::instrument_faults::{FaultKind, InstrumentFault};
 
 /// One of each kind of finding; kinds with two sentences twice.
 fn findings() -> Vec<Finding> {
@@ -88,11 +90,20 @@ fn all_remarks() -> Vec<Remark> {
         Remark::SingleExcitation,
         Remark::HeldOutReadOtherPoints(1),
         Remark::HeldOutReadOtherPoints(2),
-        Remark::ClippedSamples {
+        Remark::InstrumentFault {
             recording: recording(),
-            channel: "xp",
-            clipped: 12,
-            samples: 3456,
+            fault: InstrumentFault {
+                kind: FaultKind::Spikes,
+                channel: Channel::ProofMass,
+                count: 12,
+                samples: 12,
+                of_samples: 3456,
+                places: vec![(0.25, 0.25)],
+                size: 2e-6,
+            },
+        },
+        Remark::CoarseSampling {
+            said: "too few samples".to_owned(),
         },
         Remark::NothingHeldOut,
         Remark::VibrationPhasesDiffer,

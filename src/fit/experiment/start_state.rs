@@ -76,7 +76,8 @@ pub fn estimate_start(
         clock: priors.clock,
         lag: -alignment.time_shift,
     });
-    let recording = Arc::new(set_up(&experiment.recording, alignment, drive, unknown));
+    let usable = experiment.recording.usable();
+    let recording = Arc::new(set_up(&usable, alignment, drive, unknown));
     let options = FitOptions::for_model(model);
     let simulator = StretchSimulator::new(model, &crate::sim::Options::default())?;
     let slowest = simulator
@@ -91,7 +92,10 @@ pub fn estimate_start(
     };
     let end = recording.time.partition_point(|t| t - first < stretch);
     let end = end.max(MIN_FIRST_SAMPLES).min(recording.len());
-    let whole = [Part::whole(Arc::clone(&recording))];
+    let whole = [Part {
+        recording: Arc::clone(&recording),
+        samples: 0..recording.len(),
+    }];
     let summaries = summarize(model, &whole);
     let part = [Part {
         recording: Arc::clone(&recording),

@@ -4,6 +4,8 @@
 use std::sync::Arc;
 
 use super::channel_noise::noise_of;
+use super::connections::check_connections;
+use super::motion::sampling_doubts;
 use super::plausible_units::{check_columns, check_level};
 use super::recording_summary::{RecordingSummary, summarize};
 use super::same_device::{check_ring_frequency, rest_height_doubt};
@@ -11,13 +13,14 @@ use crate::fit::error::FitError;
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::thresholds::{
-    MAX_EXTREME_RUN, MAX_LEVEL_DIFFERENCE, MAX_LEVEL_DIFFERENCE_IN_A_FIT, MIN_DRIVE_VOLTAGE,
-    MIN_LEVEL_DIFFERENCE_SHARE, MIN_SAMPLES, MIN_VOLTAGE_SYMMETRY, NOISELESS_SHARE,
-    SATURATED_SHARE, SATURATED_SHARE_IN_NOISE,
+    MAX_CLIPPED_SHARE, MAX_EXTREME_RUN, MAX_LEVEL_DIFFERENCE, MAX_LEVEL_DIFFERENCE_IN_A_FIT,
+    MIN_DRIVE_VOLTAGE, MIN_LEVEL_DIFFERENCE_SHARE, MIN_SAMPLES, MIN_VOLTAGE_SYMMETRY,
+    NOISELESS_SHARE, SATURATED_SHARE, SATURATED_SHARE_IN_NOISE,
 };
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
 use crate::model::unit::format_quantity;
+use crate::recording::instrument_faults::{FaultKind, InstrumentFault};
 use crate::recording::level::estimate_contact_level;
 use crate::recording::noise::{NoiseError, estimate_noise};
 use crate::recording::{Channel, Recording, extremes};
@@ -35,6 +38,29 @@ pub fn check(
     Space::new(model, &options.free)?;
     check_each(model, parts)?;
     check_summaries(model, parts, summaries, options)
+}
+
+/// What [`check`] found, unless the cause is that a channel is connected wrongly: that is said in
+/// its place.
+///
+/// # Errors
+/// `checked`, or [`FitError::Connection`].
+pub(crate) fn or_connections(
+    checked: Result<(), FitError>,
+    model: &Model,
+    parts: &[Part],
+) -> Result<(), FitError> {
+    let may_follow = matches!(
+        checked,
+        Ok(())
+            | Err(FitError::Saturated { .. }
+                | FitError::NoContact { .. }
+                | FitError::DifferentDevices { .. })
+    );
+    if may_follow {
+        check_connections(model, parts)?;
+    }
+    checked
 }
 
 /// What [`check`] asks of each part by itself.
@@ -124,6 +150,7 @@ pub fn check_fit(
     let ring = one_device(model, &all, &summaries)?;
     Ok(ring
         .into_iter()
+        .chain(sampling_doubts(model, &all))
         .chain(rest_height_doubt(&all, &summaries))
         .collect())
 }
@@ -222,13 +249,32 @@ fn check_part(model: &Model, part: &Part) -> Result<(), FitError> {
     Ok(())
 }
 
-/// A reading that stays exactly at its extreme, again and again, has hit the end of its range. A
-/// mass at rest on the ground does so too, but at a level with noise.
+/// Samples at the end of a reading's range are left out, unless they are many. Where noise does not
+/// tell them from a rest, a reading that stays exactly at its extreme, again and again, has hit
+/// that end. A mass at rest on the ground does so too, but at a level with noise.
 fn saturated(r: &Recording, part: &Part, channel: Channel) -> Result<(), FitError> {
     let Some(values) = r.channel(channel).map(|v| &v[part.samples.clone()]) else {
         return Ok(());
     };
     let (low, high) = extremes(values);
+    let mut faults = r.instrument_faults().faults.iter();
+    let clipped = |f: &&InstrumentFault| f.kind == FaultKind::Clipping && f.channel == channel;
+    if let Some(fault) = faults
+        .find(clipped)
+        .filter(|f| f.share() > MAX_CLIPPED_SHARE)
+    {
+        return Err(FitError::Saturated {
+            recording: r.name.clone(),
+            channel: channel.symbol(),
+            which: if fault.size > low {
+                "highest"
+            } else {
+                "lowest"
+            },
+            value: format_quantity(fault.size, "m", 4),
+            percent: 100.0 * fault.share(),
+        });
+    }
     // A noiseless simulation also rests exactly; then only the upper end is checked.
     let noiseless = is_noiseless(r, channel, (low, high));
     let stepped = noise_of(r, channel).is_ok_and(|n| n.quantised);

@@ -36,6 +36,10 @@ pub fn set_up(
             *x = alignment.value(channel, *x);
         }
     }
+    // A motion is looked at together with the voltage: nothing of either may have changed.
+    if stay.iter().filter(|c| **c != Channel::Voltage).count() == 2 {
+        copy.derived.faults.clone_from(&recording.derived.faults);
+    }
     for channel in stay {
         let slot = channel as usize;
         copy.derived.noise[slot].clone_from(&recording.derived.noise[slot]);

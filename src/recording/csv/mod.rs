@@ -70,9 +70,21 @@ pub fn import_bytes(
 /// # Errors
 /// As [`import`], and if the time or position column cannot be recognised.
 pub fn import_auto(path: &Path, progress: Option<&Progress>) -> Result<Recording, ImportError> {
+    import_auto_with(path, &|_| {}, progress)
+}
+
+/// [`import_auto`] with the settings that the header gives changed before they are used: a sign, a scale.
+///
+/// # Errors
+/// As [`import_auto`].
+pub fn import_auto_with(
+    path: &Path,
+    change: &dyn Fn(&mut ImportSettings),
+    progress: Option<&Progress>,
+) -> Result<Recording, ImportError> {
     let file = path.display().to_string();
     let bytes = text::read_file(path, progress)?;
-    let mut recording = read_auto(&file, &bytes, progress)?;
+    let mut recording = read_auto(&file, &bytes, change, progress)?;
     recording.name = text::short_name(path);
     recording.path = Some(path.to_owned());
     Ok(recording)
@@ -95,7 +107,7 @@ pub fn import_auto(path: &Path, progress: Option<&Progress>) -> Result<Recording
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn import_bytes_auto(name: &str, bytes: &[u8]) -> Result<Recording, ImportError> {
-    read_auto(name, bytes, None)
+    read_auto(name, bytes, &|_| {}, None)
 }
 
 /// The voltage of a file whose header names time and voltage; it needs no displacement.
@@ -134,12 +146,14 @@ pub fn import_voltage(path: &Path) -> Result<(Vec<f64>, Vec<f64>), ImportError> 
 fn read_auto(
     file: &str,
     bytes: &[u8],
+    change: &dyn Fn(&mut ImportSettings),
     progress: Option<&Progress>,
 ) -> Result<Recording, ImportError> {
-    let preview = preview_bytes(file, bytes)?;
+    let mut preview = preview_bytes(file, bytes)?;
     if let Some(problem) = preview.problem {
         return Err(problem);
     }
+    change(&mut preview.settings);
     read(file, bytes, &preview.settings, preview.warnings, progress)
 }
 

@@ -95,7 +95,7 @@ impl StretchSimulator {
             let friction = if points.vp == 0.0 {
                 0.0
             } else {
-                -d.friction * points.vp.signum()
+                -d.friction(points.xp) * points.vp.signum()
             };
             let late = if delay > 0.0 {
                 motion(t - delay)

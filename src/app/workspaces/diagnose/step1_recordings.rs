@@ -13,6 +13,7 @@ use crate::app::state::State;
 use crate::app::widgets::icon::{Icon, icon_button};
 use crate::app::widgets::role_choice::role_choice;
 use crate::app::widgets::text::small;
+use crate::app::workspaces::recording_faults;
 use crate::app::workspaces::tune::recordings::remove as remove_recording;
 use crate::model::unit::format_quantity;
 
@@ -164,6 +165,7 @@ fn facts(ui: &mut Ui, overlay: &Overlay, quietest: f64) {
             r.len(),
             channels.join(", ")
         ));
+    recording_faults::show(ui, overlay);
     if r.voltage.is_none() {
         ui.label(small("no voltage").color(ui.visuals().warn_fg_color));
     }

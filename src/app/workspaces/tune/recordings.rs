@@ -19,6 +19,7 @@ use crate::app::widgets::callout;
 use crate::app::widgets::icon::{Icon, icon_button};
 use crate::app::widgets::quantity_field::QuantityField;
 use crate::app::widgets::text::small;
+use crate::app::workspaces::recording_faults;
 use crate::model::drive::{DriveReading, Waveform};
 use crate::model::unit::{counted, format_quantity};
 use crate::recording::Channel;
@@ -197,6 +198,7 @@ fn facts(ui: &mut Ui, overlay: &Overlay, quietest: f64) {
         recording.len(),
         channels(overlay)
     ));
+    recording_faults::show(ui, overlay);
     let warnings = &recording.warnings;
     if warnings.is_empty() {
         return;
