@@ -5,10 +5,11 @@ use super::regression::{FittedEffect, Knowledge, Runs};
 use super::selection::{Balance, BalanceChi2, is_significant, parameter_errors};
 use super::structure::AccelerationModel;
 use super::windows::{half_width, windows};
-use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::score_test::forms::{CatalogueDirection, Scale, catalogue_directions};
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::fit::inspect::recording_summary::RecordingSummary;
+use crate::fit::problem::prepare::Prepared;
 use crate::model::Model;
 use crate::model::effects::ActiveEffect;
 
@@ -177,8 +178,8 @@ fn prepare(
         .map(|p| p.recording.duration())
         .fold(f64::INFINITY, f64::min);
     let w = half_width(interval, structure.fastest(), duration);
-    let runs = |split: &Split| {
-        let runs = MeasuredRun::of_split(split, model, SMOOTHING_SHARE * w);
+    let runs = |prepared: &Prepared, summaries: &[RecordingSummary]| {
+        let runs = MeasuredRun::of_recordings(prepared, summaries, model, SMOOTHING_SHARE * w);
         let windows = runs.iter().map(|run| windows(run, w)).collect();
         Runs { runs, windows }
     };
@@ -187,8 +188,10 @@ fn prepare(
         windows: Vec::new(),
     };
     let balance = Balance {
-        train: runs(&workspace.train),
-        held_out: workspace.held_out.as_ref().map_or(empty, runs),
+        train: runs(&workspace.train.event_free.prepared, &workspace.train.findings),
+        held_out: workspace.held_out.as_ref().map_or(empty, |held| {
+            runs(&held.event_free.prepared, &held.findings)
+        }),
     };
     if balance.train.runs.is_empty() {
         return Ok(None);

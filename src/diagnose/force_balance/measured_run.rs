@@ -4,9 +4,9 @@
 use std::ops::Range;
 
 use super::local_polynomial::smooth_motion;
-use crate::diagnose::data::side::Split;
 use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::problem::Data;
+use crate::fit::problem::prepare::Prepared;
 use crate::model::Model;
 use crate::model::drive::Segment;
 use crate::model::parameter::ParameterId;
@@ -53,10 +53,15 @@ pub struct MeasuredRun {
 }
 
 impl MeasuredRun {
-    /// The recordings of a split that have flights, their motion smoothed over `smoothing` \[s\].
-    pub fn of_split(split: &Split, model: &Model, smoothing: f64) -> Vec<Self> {
-        let prepared = &split.event_free.prepared;
-        let data = prepared.problem.data.iter().zip(&split.findings);
+    /// The recordings that have flights, from their event-free segments, their motion smoothed over
+    /// `smoothing` \[s\].
+    pub fn of_recordings(
+        prepared: &Prepared,
+        summaries: &[RecordingSummary],
+        model: &Model,
+        smoothing: f64,
+    ) -> Vec<Self> {
+        let data = prepared.problem.data.iter().zip(summaries);
         let mut out = Vec::new();
         for (index, (data, summary)) in data.enumerate() {
             let mut flights: Vec<Range<usize>> = Vec::new();
