@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use super::fit::choices::{Choices, candidates};
 use super::reading::ReadingArguments;
-use super::watch::watched;
+use super::watch::{watched, watched_force_balance};
 use super::{Failure, interrupt, output, read};
 use crate::diagnose::{DiagnoseOptions, report};
 use crate::model::preset::Preset;
@@ -30,12 +30,21 @@ pub struct Arguments {
     candidates: Vec<String>,
     #[command(flatten)]
     reading: ReadingArguments,
+    /// One stage alone: force-balance finds the forces that act on the measured motion in flight, without simulating
+    #[arg(long, value_name = "STAGE", conflicts_with = "report")]
+    only: Option<Stage>,
     /// File for the answer as JSON; - for standard output, then without the summary
     #[arg(long, value_name = "F")]
     json: Option<PathBuf>,
     /// File for a report with figures (HTML, one file); - for standard output, then without the summary
     #[arg(long, value_name = "F.html")]
     report: Option<PathBuf>,
+}
+
+/// A stage that can be asked for alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Stage {
+    ForceBalance,
 }
 
 /// Runs the command.
@@ -58,6 +67,15 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let mut results = output::ready(&outputs, &inputs)?;
     let split = args.held_out.is_empty();
     let (train, held_out) = read::both_sides(&args.recordings, &args.held_out, &args.reading)?;
+    if args.only == Some(Stage::ForceBalance) {
+        let found = watched_force_balance(&preset.model, (&train, &held_out), &options)?;
+        if let Some(path) = &args.json {
+            results.add_json(path, &report::force_balance::json(found.as_ref()));
+        }
+        results.say(&report::force_balance::text(found.as_ref()));
+        results.end()?;
+        return Ok(());
+    }
     let mut answer = watched(&preset.model, (&train, &held_out), &options)?;
     if split {
         answer
@@ -105,5 +123,9 @@ mod tests {
         assert_eq!(args.candidates, ["gravity", "dry_friction"]);
         assert_eq!(args.choices.known, ["g=9.81+-0.05"]);
         assert_eq!(args.choices.budget.as_deref(), Some("5"));
+        let only = |stage: &str| Only::try_parse_from(["diagnose", "a.csv", "--only", stage]);
+        let stage = only("force-balance").unwrap().arguments.only;
+        assert_eq!(stage, Some(Stage::ForceBalance));
+        assert!(only("everything").is_err());
     }
 }

@@ -3,6 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::{interrupt, terminal};
+use crate::diagnose::force_balance::{ForceBalance, force_balance};
 use crate::diagnose::{
     DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress, Diagnosis, diagnose,
 };
@@ -33,6 +34,22 @@ pub fn watched(
     let answer = diagnose(model, train, held_out, options, &control);
     terminal::end_of_progress();
     answer
+}
+
+/// Runs the force balance alone. Ctrl-C ends it with what has been found so far.
+///
+/// # Errors
+/// Those of the diagnosis.
+pub fn watched_force_balance(
+    model: &Model,
+    sides: (&[Part], &[Part]),
+    options: &DiagnoseOptions,
+) -> Result<Option<ForceBalance>, DiagnoseError> {
+    let control = DiagnoseControl {
+        cancel: interrupt::flag(),
+        progress: &|_| {},
+    };
+    force_balance(model, sides, options, &control)
 }
 
 fn line(p: &DiagnoseProgress) -> String {

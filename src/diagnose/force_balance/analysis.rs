@@ -2,12 +2,16 @@
 
 use super::measured_run::MeasuredRun;
 use super::regression::{FittedEffect, Knowledge, Runs};
-use super::selection::{Balance, BalanceChi2, is_significant, parameter_errors};
-use super::structure::AccelerationModel;
-use super::windows::{half_width, windows};
+use super::selection::{
+    Balance, BalanceChi2, BalanceGain, Solved, is_significant, parameter_errors,
+};
+use super::slow_mode::SlowMode;
+use super::windows::half_width;
+use crate::diagnose::data::screening::screen;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::score_test::forms::{CatalogueDirection, Scale, catalogue_directions};
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::fit::Part;
 use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::problem::prepare::Prepared;
 use crate::model::Model;
@@ -15,6 +19,15 @@ use crate::model::effects::ActiveEffect;
 
 /// Time over which the motion is smoothed on either side, as a share of a test function's half width.
 const SMOOTHING_SHARE: f64 = 0.25;
+
+/// Distance of the instants at which forces are evaluated, as a share of it: a test function needs no
+/// more.
+const SPACING_SHARE: f64 = 0.06;
+
+/// Most effects that are refined in a round.
+const MAX_REFINED_RIVALS: usize = 3;
+/// Share of the largest gain that an effect's unrefined one must reach for that.
+const RIVAL_MIN_SHARE: f64 = 0.1;
 
 /// An effect that the force balance calls for.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,8 +64,28 @@ pub struct ForceBalance {
     pub effects: Vec<BalancedEffect>,
     /// Every effect that was compared, by what it alone brings.
     pub candidates: Vec<BalanceCandidate>,
-    /// What is known at the end.
-    pub structure: AccelerationModel,
+    /// The slowest mode, with them.
+    pub mode: SlowMode,
+}
+
+/// The force balance of `train`, judged on `held_out`, or `None` where there is no flight to speak of.
+///
+/// # Errors
+/// [`DiagnoseError`] if a recording or the model cannot be used.
+pub fn force_balance(
+    model: &Model,
+    (train, held_out): (&[Part], &[Part]),
+    options: &DiagnoseOptions,
+    control: &DiagnoseControl<'_>,
+) -> Result<Option<ForceBalance>, DiagnoseError> {
+    let options = DiagnoseOptions {
+        choices: options.choices.of(model)?,
+        ..options.clone()
+    };
+    let model = options.choices.start(model)?;
+    let screened = screen(&model, train, held_out)?;
+    let workspace = Workspace::new(&model, &screened.train, &screened.held_out, &options)?;
+    analyse(&workspace, &options, control)
 }
 
 /// The force balance of recordings made ready, or `None` where the readings do not say where each
@@ -60,16 +93,16 @@ pub struct ForceBalance {
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model makes no sense.
-pub fn analyse(
+fn analyse(
     workspace: &Workspace,
     options: &DiagnoseOptions,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<ForceBalance>, DiagnoseError> {
     let model = &workspace.initial_model;
-    let Some((balance, mut known)) = prepare(workspace, model)? else {
+    let Some((mut balance, mut known)) = prepare(workspace, model)? else {
         return Ok(None);
     };
-    let mut solved = balance.settle(&mut known)?;
+    let mut solved = balance.settle_clocks(&mut known)?;
     let before = solved.chi2();
     log::debug!(
         "force balance: {:.3} per row of {} fitted, {:.3} of {} held out",
@@ -81,7 +114,6 @@ pub fn analyse(
     let forms = asked_forms(workspace, model, options);
     let mut effects: Vec<BalancedEffect> = Vec::new();
     let mut candidates: Vec<BalanceCandidate> = Vec::new();
-    let has_held_out = !balance.held_out.runs.is_empty();
     for round in 0..options.most {
         if control.cancelled() {
             break;
@@ -91,54 +123,21 @@ pub fn analyse(
             .filter(|f| known.effects.iter().all(|e| e.effect.spec != f.spec))
             .cloned()
             .collect();
-        let gains = balance.gains(&known, &free)?;
+        let gains = best_of_each_effect(balance.gains(&known, &free)?, &free);
         if round == 0 {
-            for gain in &gains {
-                let id = free[gain.form].spec.id;
-                if candidates.iter().all(|c| c.id != id) {
-                    candidates.push(BalanceCandidate {
-                        id,
-                        gain: gain.gain,
-                        held_out_per_row: gain.held_out_per_row,
-                    });
-                }
-            }
+            candidates = gains.iter().map(|g| candidate(g, &free)).collect();
         }
-        let now = solved.chi2();
-        let Some(best) = gains.first() else {
+        let Some(best) = best_refined(&balance, (&known, &solved), &gains, &free)? else {
             break;
         };
-        let excess = (
-            (now.train - best.gain.0) / now.train_freedom.max(1.0),
-            (now.held_out - best.gain.1) / now.held_out_freedom.max(1.0),
-        );
-        for gain in gains.iter().take(6) {
-            log::debug!("  {} {:?}", free[gain.form].spec.id, gain);
-        }
-        if !is_significant(best, excess, has_held_out) {
-            break;
-        }
-        let form = &free[best.form];
-        let mut trial = known.clone();
-        trial.effects.push(FittedEffect {
-            effect: form.effect(best.theta),
-            free: form.free.clone(),
-        });
-        let next = balance.refine(&mut trial)?;
-        let after = next.chi2();
-        log::debug!(
-            "  with {:?}: {:.3}, held out {:.3}",
-            trial.effects,
-            after.train_per_row(),
-            after.held_out_per_row()
-        );
+        log::debug!("force balance: {:?} brings {:?}", best.added, best.gain);
         effects.push(BalancedEffect {
-            effect: form.effect(best.theta),
-            free: form.free.clone(),
+            effect: best.added.effect,
+            free: best.added.free,
             errors: Vec::new(),
-            gain: (now.train - after.train, now.held_out - after.held_out),
+            gain: best.gain,
         });
-        (known, solved) = (trial, next);
+        (known, solved) = (best.known, best.solved);
     }
     let errors = parameter_errors(&known, &solved);
     for ((out, found), errors) in effects.iter_mut().zip(&known.effects).zip(errors) {
@@ -150,8 +149,76 @@ pub fn analyse(
         after: solved.chi2(),
         effects,
         candidates,
-        structure: known.structure,
+        mode: known.mode,
     }))
+}
+
+/// The best form of each effect, best first.
+fn best_of_each_effect(gains: Vec<BalanceGain>, forms: &[CatalogueDirection]) -> Vec<BalanceGain> {
+    let mut out: Vec<BalanceGain> = Vec::new();
+    for gain in gains {
+        let spec = forms[gain.form].spec;
+        if out.iter().all(|g| forms[g.form].spec != spec) {
+            out.push(gain);
+        }
+    }
+    out
+}
+
+fn candidate(gain: &BalanceGain, forms: &[CatalogueDirection]) -> BalanceCandidate {
+    BalanceCandidate {
+        id: forms[gain.form].spec.id,
+        gain: gain.gain,
+        held_out_per_row: gain.held_out_per_row,
+    }
+}
+
+/// A state of knowledge with one effect more.
+struct Extended {
+    known: Knowledge,
+    solved: Solved,
+    added: FittedEffect,
+    gain: (f64, f64),
+}
+
+/// The effect that brings most once its parameters are refined, if that is beyond chance. A form's
+/// strength is that of a small effect: how much of a large one it carries says little about what the
+/// refined effect does.
+fn best_refined(
+    balance: &Balance,
+    (known, solved): (&Knowledge, &Solved),
+    gains: &[BalanceGain],
+    forms: &[CatalogueDirection],
+) -> Result<Option<Extended>, DiagnoseError> {
+    let has_held_out = !balance.held_out.runs.is_empty();
+    let most = gains.first().map_or(0.0, BalanceGain::total);
+    let rivals = gains.iter().take(MAX_REFINED_RIVALS);
+    let mut best: Option<Extended> = None;
+    for gain in rivals.filter(|g| g.total() > RIVAL_MIN_SHARE * most) {
+        let form = &forms[gain.form];
+        let added = FittedEffect {
+            effect: form.effect(gain.theta),
+            free: form.free.clone(),
+        };
+        let mut trial = known.clone();
+        trial.effects.push(added.clone());
+        let next = balance.refine(&mut trial)?;
+        let (before, after) = (solved.chi2(), next.chi2());
+        let gain = (before.train - after.train, before.held_out - after.held_out);
+        let excess = (after.train_per_row(), after.held_out_per_row());
+        let sum = |e: &Extended| e.gain.0 + e.gain.1;
+        if is_significant(gain, excess, has_held_out)
+            && best.as_ref().is_none_or(|b| gain.0 + gain.1 > sum(b))
+        {
+            best = Some(Extended {
+                known: trial,
+                solved: next,
+                added,
+                gain,
+            });
+        }
+    }
+    Ok(best)
 }
 
 /// The recordings with their windows, and what is known at first.
@@ -159,14 +226,7 @@ fn prepare(
     workspace: &Workspace,
     model: &Model,
 ) -> Result<Option<(Balance, Knowledge)>, DiagnoseError> {
-    let both = model.has_cantilever
-        && workspace
-            .train
-            .parts
-            .iter()
-            .all(|p| p.recording.cantilever.is_some());
-    let readings = if both { 2 } else { 1 };
-    let Some(structure) = AccelerationModel::of(model, readings)? else {
+    let Some(mode) = SlowMode::of(model) else {
         return Ok(None);
     };
     let parts = workspace.train.parts.iter();
@@ -177,18 +237,22 @@ fn prepare(
     let duration = parts
         .map(|p| p.recording.duration())
         .fold(f64::INFINITY, f64::min);
-    let w = half_width(interval, structure.fastest(), duration);
+    let w = half_width(interval, mode.frequency(), duration);
     let runs = |prepared: &Prepared, summaries: &[RecordingSummary]| {
-        let runs = MeasuredRun::of_recordings(prepared, summaries, model, SMOOTHING_SHARE * w);
-        let windows = runs.iter().map(|run| windows(run, w)).collect();
-        Runs { runs, windows }
+        let runs = MeasuredRun::of_recordings(
+            prepared,
+            summaries,
+            model,
+            (SMOOTHING_SHARE * w, SPACING_SHARE * w),
+        );
+        Runs::new(runs, w)
     };
-    let empty = Runs {
-        runs: Vec::new(),
-        windows: Vec::new(),
-    };
+    let empty = Runs::new(Vec::new(), w);
     let balance = Balance {
-        train: runs(&workspace.train.event_free.prepared, &workspace.train.findings),
+        train: runs(
+            &workspace.train.event_free.prepared,
+            &workspace.train.findings,
+        ),
         held_out: workspace.held_out.as_ref().map_or(empty, |held| {
             runs(&held.event_free.prepared, &held.findings)
         }),
@@ -196,11 +260,7 @@ fn prepare(
     if balance.train.runs.is_empty() {
         return Ok(None);
     }
-    let known = Knowledge {
-        model: model.clone(),
-        structure,
-        effects: Vec::new(),
-    };
+    let known = Knowledge::new(model, mode);
     Ok(Some((balance, known)))
 }
 

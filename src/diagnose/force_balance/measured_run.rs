@@ -7,6 +7,8 @@ use super::local_polynomial::smooth_motion;
 use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::problem::Data;
 use crate::fit::problem::prepare::Prepared;
+use crate::fit::residual::coloured_noise::Colour;
+use crate::fit::segment::voltage_track::Track;
 use crate::model::Model;
 use crate::model::drive::Segment;
 use crate::model::parameter::ParameterId;
@@ -20,46 +22,56 @@ const EDGE_NODE_SHARE: f64 = 1e-6;
 pub struct EdgeNodes {
     /// When \[s\].
     pub time: f64,
-    /// The first sample after it.
-    pub sample: usize,
     /// The node just before it; the next one is just after it.
     pub before: usize,
+    /// Standard deviation of the time \[s\].
+    pub sigma: f64,
 }
 
 /// A recording with its motion.
 #[derive(Debug, Clone)]
 pub struct MeasuredRun {
-    /// Name of the recording.
-    pub name: String,
     /// Times of the samples \[s\].
     pub time: Vec<f64>,
     /// Readings of the proof mass and, where read, of the cantilever \[m\], the proof mass's with
     /// the ground where the model has it.
     pub readings: Vec<Vec<f64>>,
-    /// Standard deviations of their noise \[m\].
-    pub noise: Vec<f64>,
+    /// Standard deviation of the noise of the proof mass's \[m\].
+    pub noise: f64,
     /// Flights without events, as samples.
     pub flights: Vec<Range<usize>>,
-    /// The drive.
+    /// Colour of their noise.
+    pub colour: Colour,
+    /// The drive as read.
+    track: Track,
+    /// By how much it acts later \[s\].
+    pub skew: f64,
+    /// Over which the motion is smoothed \[s\].
+    smoothing: f64,
+    /// The drive that acts.
     pub drive: Vec<Segment>,
     /// Jumps of the drive, in order of time.
     pub edges: Vec<EdgeNodes>,
-    /// Times at which forces are evaluated \[s\]: samples, and both sides of each jump.
+    /// Times at which forces are evaluated \[s\]: some samples, and both sides of each jump.
     pub nodes: Vec<f64>,
-    /// The node of each sample.
-    pub sample_nodes: Vec<usize>,
+    /// Those samples.
+    pub thinned: Vec<usize>,
+    /// The nodes of these.
+    pub thinned_nodes: Vec<usize>,
+    /// One sample in so many is a node.
+    stride: usize,
     /// The motion there.
     pub motion: Vec<Points>,
 }
 
 impl MeasuredRun {
     /// The recordings that have flights, from their event-free segments, their motion smoothed over
-    /// `smoothing` \[s\].
+    /// `smoothing` \[s\] and forces evaluated about every `spacing` \[s\].
     pub fn of_recordings(
         prepared: &Prepared,
         summaries: &[RecordingSummary],
         model: &Model,
-        smoothing: f64,
+        (smoothing, spacing): (f64, f64),
     ) -> Vec<Self> {
         let data = prepared.problem.data.iter().zip(summaries);
         let mut out = Vec::new();
@@ -73,7 +85,8 @@ impl MeasuredRun {
                     _ => flights.push(s.samples.clone()),
                 }
             }
-            let run = Self::new(data, summary, flights, (model, smoothing));
+            let stride = ((spacing / data.recording.interval()) as usize).max(1);
+            let run = Self::new(data, summary, flights, (model, smoothing, stride));
             if !run.flights.is_empty() {
                 out.push(run);
             }
@@ -85,7 +98,7 @@ impl MeasuredRun {
         data: &Data,
         summary: &RecordingSummary,
         flights: Vec<Range<usize>>,
-        (model, smoothing): (&Model, f64),
+        (model, smoothing, stride): (&Model, f64, usize),
     ) -> Self {
         let recording = &data.recording;
         // Laws of height act at the distance from the ground, wherever the zero is.
@@ -93,13 +106,10 @@ impl MeasuredRun {
             Ok(level) if model.has_ground => level + model.parameters[ParameterId::Dp],
             _ => 0.0,
         };
-        let mut readings = vec![recording.proof_mass.iter().map(|x| x - zero).collect()];
-        let mut noise = vec![data.sigmas.xp];
-        if let Some(xc) = &recording.cantilever {
-            readings.push(xc.clone());
-            noise.push(data.sigmas.xc);
-        }
-        let finite = |i: usize| readings.iter().all(|r: &Vec<f64>| r[i].is_finite());
+        let mut readings: Vec<Vec<f64>> =
+            vec![recording.proof_mass.iter().map(|x| x - zero).collect()];
+        readings.extend(recording.cantilever.clone());
+        let finite = |i: usize| readings[0][i].is_finite();
         let flights: Vec<Range<usize>> = flights
             .into_iter()
             .flat_map(|f| {
@@ -111,39 +121,66 @@ impl MeasuredRun {
                     .collect::<Vec<_>>()
             })
             .collect();
-        let time = recording.time.clone();
-        let near = EDGE_NODE_SHARE * recording.interval();
-        let (mut nodes, mut sample_nodes) = (Vec::new(), Vec::with_capacity(time.len()));
+        let mut run = Self {
+            time: recording.time.clone(),
+            readings,
+            noise: data.sigmas.xp,
+            colour: data.sigmas.colour,
+            flights,
+            track: data.track.clone(),
+            skew: 0.0,
+            smoothing,
+            drive: Vec::new(),
+            edges: Vec::new(),
+            nodes: Vec::new(),
+            thinned: Vec::new(),
+            thinned_nodes: Vec::new(),
+            stride,
+            motion: Vec::new(),
+        };
+        run.delay_drive(0.0);
+        run
+    }
+
+    /// Lets the drive act later than it was read by `skew` \[s\].
+    pub fn delay_drive(&mut self, skew: f64) {
+        let time = &self.time;
+        let near = EDGE_NODE_SHARE * (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+        let ends = self.flights.iter().flat_map(|f| [f.start, f.end - 1]);
+        let mut thinned: Vec<usize> = (0..time.len()).step_by(self.stride).chain(ends).collect();
+        thinned.sort_unstable();
+        thinned.dedup();
+        let (mut nodes, mut thinned_nodes) = (Vec::new(), Vec::with_capacity(thinned.len()));
         let mut edges: Vec<EdgeNodes> = Vec::new();
-        let mut ahead = data.track.edges.iter().peekable();
-        for (sample, &t) in time.iter().enumerate() {
-            while let Some(edge) = ahead.next_if(|e| e.time <= t) {
+        let mut ahead = self.track.edges.iter().peekable();
+        for &sample in &thinned {
+            let t = time[sample];
+            while let Some(edge) = ahead.next_if(|e| e.time + skew <= t) {
+                let at = edge.time + skew;
                 let last = nodes.last().copied();
-                if sample > 0 && last.is_none_or(|last: f64| edge.time - near > last) {
+                if last.is_some_and(|last: f64| at - near > last) {
                     edges.push(EdgeNodes {
-                        time: edge.time,
-                        sample,
+                        time: at,
                         before: nodes.len(),
+                        sigma: edge.sigma,
                     });
-                    nodes.extend([edge.time - near, (edge.time + near).min(t)]);
+                    nodes.extend([at - near, (at + near).min(t)]);
                 }
             }
-            sample_nodes.push(nodes.len());
+            thinned_nodes.push(nodes.len());
             nodes.push(t);
         }
-        let motion = smooth_motion(&time, &readings, &flights, smoothing, &nodes);
-        Self {
-            name: recording.name.clone(),
-            time,
-            readings,
-            noise,
-            flights,
-            drive: data.track.pieces.clone(),
-            edges,
-            nodes,
-            sample_nodes,
-            motion,
-        }
+        self.motion = smooth_motion(time, &self.readings, &self.flights, self.smoothing, &nodes);
+        let pieces = self.track.pieces.iter();
+        self.drive = pieces.map(|p| p.shifted(skew)).collect();
+        (self.skew, self.edges) = (skew, edges);
+        (self.nodes, self.thinned, self.thinned_nodes) = (nodes, thinned, thinned_nodes);
+    }
+
+    /// By how much `values` \[at the nodes\] jump with the drive.
+    pub fn jump(&self, edge: usize, values: &[f64]) -> f64 {
+        let before = self.edges[edge].before;
+        values[before + 1] - values[before]
     }
 
     /// The motion at any time: cubic between the nodes, at rest beyond them.

@@ -5,17 +5,23 @@
 //! catalogue, evaluated along the measured motion, gives one column of a linear regression. Nothing
 //! is simulated, so a large effect is found as well as a small one, and no starting values are
 //! needed. Rows are in units of their noise: chi2 per row is 1 where the physics is complete.
+//!
+//! [`analysis`] has the steps in order. `slow_mode` is the equation, `windows` and `test_function` the
+//! integrals over the flights of a `measured_run`; `equations` makes rows and their noise,
+//! `regression` the columns of what is known and asked, `least_squares` solves; `selection` adds effects.
 
-pub mod analysis;
-mod banded_cholesky;
+mod analysis;
 mod equations;
-mod gram;
+mod least_squares;
 mod local_polynomial;
 mod measured_run;
 mod regression;
-pub mod selection;
-mod structure;
+mod selection;
+mod slow_mode;
 mod test_function;
+#[cfg(test)]
+mod tests;
 mod windows;
 
-pub use self::analysis::{BalancedEffect, ForceBalance, analyse};
+pub use self::analysis::{BalancedEffect, ForceBalance, force_balance};
+pub use self::selection::BalanceChi2;

@@ -4,10 +4,10 @@
 use rayon::prelude::*;
 
 use super::equations::Equations;
-use super::gram::{Gram, Solution};
+use super::least_squares::gram::{Gram, Solution};
 use super::measured_run::MeasuredRun;
-use super::structure::AccelerationModel;
-use super::windows::FlightWindows;
+use super::slow_mode::SlowMode;
+use super::windows::{FlightWindows, windows};
 use crate::model::effects::ActiveEffect;
 use crate::model::parameter::ParameterId;
 use crate::model::{Model, with_effect};
@@ -35,20 +35,36 @@ pub struct Runs {
     pub runs: Vec<MeasuredRun>,
     /// The windows of each flight of each.
     pub windows: Vec<Vec<FlightWindows>>,
+    /// Half width of the test functions \[s\].
+    w: f64,
+}
+
+impl Runs {
+    /// Those recordings with test functions of half width `w` \[s\].
+    pub fn new(runs: Vec<MeasuredRun>, w: f64) -> Self {
+        let windows = runs.iter().map(|run| windows(run, w)).collect();
+        Self { runs, windows, w }
+    }
+
+    /// Lets the drive of each recording act later by so much more \[s\].
+    pub fn delay_drives(&mut self, more: &[f64]) {
+        for ((run, own), more) in self.runs.iter_mut().zip(&mut self.windows).zip(more) {
+            if *more != 0.0 {
+                run.delay_drive(run.skew + more);
+                *own = windows(run, self.w);
+            }
+        }
+    }
 }
 
 /// Products over the recordings of a split for one state of knowledge. Columns: the baseline's own,
-/// those of the effects' parameters, then one or two for each question.
+/// those of the effects' parameters, then one for each question.
 #[derive(Debug, Clone)]
 pub struct Regression {
     /// Products of all recordings.
     pub total: Gram,
-    /// Products of each recording.
-    pub each: Vec<Gram>,
     /// Number of columns of the baseline and of the known effects' parameters.
     pub known: usize,
-    /// Columns of each question.
-    pub asked: Vec<Vec<usize>>,
 }
 
 /// What is known so far: the device with effects, and how its readings accelerate.
@@ -56,53 +72,63 @@ pub struct Regression {
 pub struct Knowledge {
     /// The device, with the effects of its preset.
     pub model: Model,
-    /// Coefficients of the equations.
-    pub structure: AccelerationModel,
+    /// Coefficients of the equation.
+    pub mode: SlowMode,
     /// Effects that were found.
     pub effects: Vec<FittedEffect>,
+    /// Coefficients of the baseline's columns: damping, stiffness, drive, film. A regression looks for
+    /// changes of these, so that it loses no digits.
+    coefficients: Vec<f64>,
 }
 
 impl Knowledge {
+    /// Of `model` as it is, whose slowest mode is `mode`.
+    pub fn new(model: &Model, mode: SlowMode) -> Self {
+        let mut coefficients = Vec::new();
+        if mode.is_sprung() {
+            coefficients.extend([mode.damping, mode.stiffness]);
+        }
+        if model.piezo.is_some() {
+            coefficients.extend([mode.drive, 0.0, 0.0]);
+        }
+        if model.has_ground {
+            let strength = mode.mass * model.parameters[ParameterId::Cs];
+            let own = |share: f64| if share == 1.0 { strength } else { 0.0 };
+            coefficients.extend(FILM_SHARES.map(own));
+        }
+        Self {
+            model: model.clone(),
+            mode,
+            effects: Vec::new(),
+            coefficients,
+        }
+    }
+
+    /// Index of the first column of an effect's parameter.
+    pub fn first_parameter(&self) -> usize {
+        self.coefficients.len()
+    }
+
     /// The device with everything that is known to act.
     pub fn whole_model(&self) -> Model {
         let found = self.effects.iter();
         found.fold(self.model.clone(), |m, e| with_effect(&m, e.effect.clone()))
     }
 
-    /// Coefficients of the baseline's columns: damping, stiffness and drive in each equation.
-    fn structure_columns(&self) -> usize {
-        let n = self.structure.readings();
-        let sprung = if self.structure.is_sprung() {
-            2 * n * n
-        } else {
-            0
-        };
-        sprung + if self.model.piezo.is_some() { n } else { 0 }
-    }
-
-    /// Takes over the structure that `solution` has found.
+    /// Takes over what `solution` has found of the baseline.
     pub fn adopt(&mut self, solution: &Solution) {
-        let n = self.structure.readings();
-        let value = |column: usize| {
-            let place = solution.columns.iter().position(|c| *c == column);
-            place.map(|k| solution.values[k]).filter(|v| *v != 0.0)
-        };
-        let mut at = 0;
-        if self.structure.is_sprung() {
-            for matrix in [&mut self.structure.damping, &mut self.structure.stiffness] {
-                for row in 0..n {
-                    for j in 0..n {
-                        matrix[(row, j)] = value(at).unwrap_or(matrix[(row, j)]);
-                        at += 1;
-                    }
-                }
+        for (&column, value) in solution.columns.iter().zip(solution.values.iter()) {
+            if let Some(own) = self.coefficients.get_mut(column) {
+                *own += value;
             }
         }
+        let mut own = self.coefficients.iter().copied();
+        if self.mode.is_sprung() {
+            self.mode.damping = own.next().unwrap_or(self.mode.damping);
+            self.mode.stiffness = own.next().unwrap_or(self.mode.stiffness);
+        }
         if self.model.piezo.is_some() {
-            for row in 0..n {
-                self.structure.drive[row] = value(at).unwrap_or(self.structure.drive[row]);
-                at += 1;
-            }
+            self.mode.drive = own.next().unwrap_or(self.mode.drive);
         }
     }
 }
@@ -123,17 +149,7 @@ pub fn regression(
     let whole = known.whole_model();
     let plain = StretchSimulator::new(&plain, &options)?;
     let joint = StretchSimulator::new(&whole, &options)?;
-    // Differences along the fitted parameters of the effects.
-    let mut varied = Vec::new();
-    for fitted in &known.effects {
-        for &i in &fitted.free {
-            let mut effect = fitted.effect.clone();
-            let step = parameter_step(&effect, i);
-            effect.values[i] += step;
-            let model = with_effect(&whole, effect);
-            varied.push((StretchSimulator::new(&model, &options)?, step));
-        }
-    }
+    let varied = varied_devices(known, &whole)?;
     let with = |effect: &ActiveEffect| {
         // Added last, without replacing one of the same kind that is known already.
         let mut model = whole.clone();
@@ -141,28 +157,42 @@ pub fn regression(
         StretchSimulator::new(&model, &options)
     };
     let questions = asked.iter().map(with).collect::<Result<Vec<_>, _>>()?;
-    let parts: Vec<(Gram, usize, Vec<Vec<usize>>)> = runs
+    let parts: Vec<(Gram, usize)> = runs
         .runs
         .par_iter()
         .zip(&runs.windows)
         .map(|(run, windows)| {
-            let equations = Equations::new(run, windows.clone(), &known.structure);
-            gram_of_run(&equations, known, (&plain, &joint), &varied, &questions)
+            let acting = Acting::new(run, &plain, &joint);
+            let equations = Equations::new(run, windows.clone(), &known.mode, &acting.drive);
+            gram_of_run(&equations, known, &acting, &varied, &questions)
         })
         .collect();
-    let known_columns = parts.first().map_or(0, |p| p.1);
-    // A question's columns are the same in all recordings: those that any of them needs.
-    let mut all = Gram::new(parts.first().map_or(0, |p| p.0.slopes.len()));
-    for (gram, ..) in &parts {
-        all.add(gram);
+    let mut total = Gram::new(parts.first().map_or(0, |p| p.0.slopes.len()));
+    for (gram, _) in &parts {
+        total.add(gram);
     }
-    let asked = parts.first().map(|p| p.2.clone()).unwrap_or_default();
     Ok(Regression {
-        total: all,
-        each: parts.into_iter().map(|p| p.0).collect(),
-        known: known_columns,
-        asked,
+        total,
+        known: parts.first().map_or(0, |p| p.1),
     })
+}
+
+/// The device with each fitted parameter of each effect varied by a step, and the steps.
+fn varied_devices(
+    known: &Knowledge,
+    whole: &Model,
+) -> Result<Vec<(StretchSimulator, f64)>, SimError> {
+    let mut varied = Vec::new();
+    for fitted in &known.effects {
+        for &i in &fitted.free {
+            let mut effect = fitted.effect.clone();
+            let step = parameter_step(&effect, i);
+            effect.values[i] += step;
+            let model = with_effect(whole, effect);
+            varied.push((StretchSimulator::new(&model, &Options::default())?, step));
+        }
+    }
+    Ok(varied)
 }
 
 /// Step of parameter `i` of an effect for differences, in its unit.
@@ -176,93 +206,142 @@ fn parameter_step(effect: &ActiveEffect, i: usize) -> f64 {
     PARAMETER_STEP_SHARE * size
 }
 
+/// What acts along the motion of a recording.
+struct Acting {
+    /// All that is known.
+    whole: Vec<ActingForces>,
+    /// The device without effects.
+    base: Vec<ActingForces>,
+    /// The force of the drive \[N\].
+    drive: Vec<f64>,
+}
+
+impl Acting {
+    fn new(run: &MeasuredRun, plain: &StretchSimulator, joint: &StretchSimulator) -> Self {
+        let whole = along(run, joint);
+        Self {
+            drive: whole.iter().map(|a| a.drive).collect(),
+            base: along(run, plain),
+            whole,
+        }
+    }
+}
+
+/// What acts along the motion of `run`.
+fn along(run: &MeasuredRun, simulator: &StretchSimulator) -> Vec<ActingForces> {
+    simulator.acting_forces(&run.drive, &run.nodes, &|t| run.motion_at(t))
+}
+
+fn difference(of: &[ActingForces], from: &[ActingForces]) -> Vec<ActingForces> {
+    of.iter().zip(from).map(|(a, b)| a.beyond(b)).collect()
+}
+
 fn gram_of_run(
     equations: &Equations<'_>,
     known: &Knowledge,
-    (plain, joint): (&StretchSimulator, &StretchSimulator),
+    acting: &Acting,
     varied: &[(StretchSimulator, f64)],
     questions: &[StretchSimulator],
-) -> (Gram, usize, Vec<Vec<usize>>) {
+) -> (Gram, usize) {
+    let (mut columns, right) = known_columns(equations, known, acting, varied);
+    let known_count = columns.len();
+    for simulator in questions {
+        let own = difference(&along(equations.run, simulator), &acting.whole);
+        columns.push(equations.of_forces(&own));
+    }
+    let gram = equations.gram(&columns, &right, &acting.drive);
+    (gram, known_count)
+}
+
+/// The columns of what is known, and the right-hand side.
+fn known_columns(
+    equations: &Equations<'_>,
+    known: &Knowledge,
+    acting: &Acting,
+    varied: &[(StretchSimulator, f64)],
+) -> (Vec<Vec<f64>>, Vec<f64>) {
     let run = equations.run;
-    let acting = |simulator: &StretchSimulator| {
-        simulator.acting_forces(&run.drive, &run.nodes, &|t| run.motion_at(t))
-    };
-    let (base, whole) = (acting(plain), acting(joint));
-    let drive: Vec<f64> = whole.iter().map(|a| a.drive).collect();
-    let difference = |of: &[ActingForces], from: &[ActingForces]| -> Vec<ActingForces> {
-        of.iter().zip(from).map(|(a, b)| a.beyond(b)).collect()
-    };
     let mut columns = Vec::new();
-    let n = known.structure.readings();
-    if known.structure.is_sprung() {
+    if known.mode.is_sprung() {
         columns.extend(equations.structure_columns());
     }
     if known.model.piezo.is_some() {
-        columns.extend((0..n).map(|row| equations.in_one_equation(row, &drive)));
+        // What faster modes yield to the drive moves the reading with it.
+        columns.extend((0..3).map(|order| equations.of_values(order, &acting.drive)));
     }
-    debug_assert_eq!(columns.len(), known.structure_columns());
     if known.model.has_ground {
         columns.extend(film_columns(equations, &known.model));
     }
     // What the known effects do to all but the drive is on the right; how the drive acts is fitted.
-    let mut effects = difference(&whole, &base);
+    let mut effects = difference(&acting.whole, &acting.base);
     effects.iter_mut().for_each(|a| a.drive = 0.0);
     let mut right = equations.accelerations();
-    for (r, known) in right.iter_mut().zip(equations.of_forces(&effects)) {
-        *r -= known;
+    let mut subtract = |column: &[f64], by: f64| {
+        for (r, c) in right.iter_mut().zip(column) {
+            *r -= by * c;
+        }
+    };
+    subtract(&equations.of_forces(&effects), 1.0);
+    for (column, coefficient) in columns.iter().zip(&known.coefficients) {
+        subtract(column, *coefficient);
     }
     for (simulator, step) in varied {
-        let mut along = equations.of_forces(&difference(&acting(simulator), &whole));
-        along.iter_mut().for_each(|c| *c /= step);
-        columns.push(along);
+        let mut slope = equations.of_forces(&difference(&along(run, simulator), &acting.whole));
+        slope.iter_mut().for_each(|c| *c /= step);
+        columns.push(slope);
     }
-    // How a force on the mass moves the cantilever is known less well than how it moves the mass.
-    for fitted in &known.effects {
-        let mut without = known.whole_model();
-        without.effects.retain(|e| e.spec != fitted.effect.spec);
-        let forces = StretchSimulator::new(&without, &Options::default()).map(|s| acting(&s));
-        if let (Ok(forces), true) = (forces, n > 1) {
-            let own = difference(&whole, &forces);
-            let on_mass: Vec<f64> = own.iter().map(|a| a.on_mass).collect();
-            columns.push(equations.in_one_equation(1, &on_mass));
-        }
-    }
-    let known_columns = columns.len();
-    let mut asked = Vec::new();
-    for simulator in questions {
-        let own = difference(&acting(simulator), &whole);
-        let mut of_one = vec![columns.len()];
-        columns.push(equations.of_forces(&own));
-        if n > 1 {
-            let on_mass: Vec<f64> = own.iter().map(|a| a.on_mass).collect();
-            of_one.push(columns.len());
-            columns.push(equations.in_one_equation(1, &on_mass));
-        }
-        asked.push(of_one);
-    }
-    (
-        equations.gram(&columns, &right, &drive),
-        known_columns,
-        asked,
-    )
+    (columns, right)
 }
 
-/// Columns of the gas film, eq (10): `F = d/dt [Cs / 2 (xp + gp)^-2]`, for some thicknesses in each
-/// equation.
+/// Columns of the gas film, eq (10): `F = d/dt [Cs / 2 (xp + gp)^-2]`, for some thicknesses.
 fn film_columns(equations: &Equations<'_>, model: &Model) -> Vec<Vec<f64>> {
     let p = &model.parameters;
     let (gp, dp) = (p[ParameterId::Gp], p[ParameterId::Dp]);
     let at_contact = gp - dp;
-    let run = equations.run;
-    let mut out = Vec::new();
-    for share in FILM_SHARES {
+    let one = |share: f64| {
         let gap = dp + share * at_contact;
         // Below the ground the film stays as thick as half of what it is there.
         let potential = |xp: f64| 0.5 * (xp + gap).max(0.5 * share * at_contact).powi(-2);
-        let values: Vec<f64> = run.motion.iter().map(|m| potential(m.xp)).collect();
-        for row in 0..run.readings.len() {
-            out.push(equations.rate_in_one_equation(row, &values));
-        }
+        let motion = equations.run.motion.iter();
+        let values: Vec<f64> = motion.map(|m| potential(m.xp)).collect();
+        equations.of_values(1, &values)
+    };
+    FILM_SHARES.map(one).into()
+}
+
+/// By how much the drive of each recording acts later than it was assumed to by what `solution` leaves
+/// \[s\].
+///
+/// # Errors
+/// [`SimError`] if a model makes no sense.
+pub fn clock_skews(
+    runs: &Runs,
+    known: &Knowledge,
+    solution: &Solution,
+) -> Result<Vec<f64>, SimError> {
+    if known.model.piezo.is_none() {
+        return Ok(vec![0.0; runs.runs.len()]);
     }
-    out
+    let options = Options::default();
+    let mut plain = known.model.clone();
+    plain.effects.clear();
+    let plain = StretchSimulator::new(&plain, &options)?;
+    let whole = known.whole_model();
+    let joint = StretchSimulator::new(&whole, &options)?;
+    let varied = varied_devices(known, &whole)?;
+    let one = |(run, windows): (&MeasuredRun, &Vec<FlightWindows>)| {
+        let acting = Acting::new(run, &plain, &joint);
+        let equations = Equations::new(run, windows.clone(), &known.mode, &acting.drive);
+        let (columns, mut left) = known_columns(&equations, known, &acting, &varied);
+        for (k, column) in columns.iter().enumerate() {
+            let value = solution.values[k];
+            for (l, c) in left.iter_mut().zip(column) {
+                *l -= value * c;
+            }
+        }
+        let own = equations.own_unknowns(&left, &acting.drive);
+        // The last one is the skew.
+        own.last().copied().unwrap_or(0.0)
+    };
+    Ok(runs.runs.par_iter().zip(&runs.windows).map(one).collect())
 }

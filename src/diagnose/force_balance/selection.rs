@@ -1,8 +1,8 @@
 //! Forward selection by held-out recordings: the effect with the largest gain is added, its
 //! parameters are refined together with all that is known, and the search goes on.
 
-use super::gram::Solution;
-use super::regression::{FittedEffect, Knowledge, Regression, Runs, regression};
+use super::least_squares::gram::Solution;
+use super::regression::{FittedEffect, Knowledge, Regression, Runs, clock_skews, regression};
 use crate::diagnose::score_test::forms::CatalogueDirection;
 use crate::diagnose::thresholds::{FORCE_BALANCE_HELD_GAIN, FORCE_BALANCE_TRAIN_GAIN};
 use crate::model::effects::ActiveEffect;
@@ -16,6 +16,10 @@ const MAX_STEP_FACTOR: f64 = 2.5;
 const REFINED_SHARE: f64 = 1e-4;
 /// Times that the structure and the noise that follows from it are brought up to date.
 const STRUCTURE_UPDATES: usize = 2;
+
+/// Times that the clocks of the recordings are brought up to date: how a jump acts is linear in its
+/// instant for small steps of that only.
+const CLOCK_UPDATES: usize = 2;
 
 /// Chi2 of both splits at a state of knowledge.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,7 +106,7 @@ impl Balance {
         let solution = train.total.solve(&columns);
         let mut held_out = held_out;
         if self.held_out.runs.is_empty() {
-            held_out.total = super::gram::Gram::new(train.total.slopes.len());
+            held_out.total = super::least_squares::gram::Gram::new(train.total.slopes.len());
         }
         Ok(Solved {
             train,
@@ -123,6 +127,21 @@ impl Balance {
         self.solve(known, &[])
     }
 
+    /// Brings the clocks of all recordings up to date, too.
+    ///
+    /// # Errors
+    /// [`SimError`] if a model makes no sense.
+    pub fn settle_clocks(&mut self, known: &mut Knowledge) -> Result<Solved, SimError> {
+        for _ in 0..CLOCK_UPDATES {
+            let solved = self.settle(known)?;
+            for side in [&mut self.train, &mut self.held_out] {
+                let later = clock_skews(side, known, &solved.solution)?;
+                side.delay_drives(&later);
+            }
+        }
+        self.settle(known)
+    }
+
     /// What each of `forms` would bring, best first.
     ///
     /// # Errors
@@ -138,7 +157,7 @@ impl Balance {
         let mut out = Vec::new();
         for (k, form) in forms.iter().enumerate() {
             let mut columns: Vec<usize> = (0..solved.train.known).collect();
-            columns.extend(&solved.train.asked[k]);
+            columns.push(solved.train.known + k);
             let with = solved.train.total.solve(&columns);
             let theta = with.values[solved.train.known];
             let fits_sign = form.signed || theta > 0.0;
@@ -153,7 +172,7 @@ impl Balance {
                 held_out_per_row: held / before.held_out_freedom,
             });
         }
-        out.sort_by(|a, b| score(b).total_cmp(&score(a)));
+        out.sort_by(|a, b| b.total().total_cmp(&a.total()));
         Ok(out)
     }
 
@@ -196,43 +215,32 @@ impl Balance {
     }
 }
 
-/// Gain by which hypotheses are ranked: both splits count.
-fn score(gain: &BalanceGain) -> f64 {
-    gain.gain.0 + gain.gain.1
+impl BalanceGain {
+    /// Gain by which effects are ranked: both splits count.
+    pub fn total(&self) -> f64 {
+        self.gain.0 + self.gain.1
+    }
 }
 
-/// Whether a gain is beyond chance on both splits, where a row's misfit is `excess` times its noise.
-pub fn is_significant(gain: &BalanceGain, excess: (f64, f64), has_held_out: bool) -> bool {
-    let train = gain.gain.0 / excess.0.max(1.0) > FORCE_BALANCE_TRAIN_GAIN;
-    let held = gain.gain.1 / excess.1.max(1.0) > FORCE_BALANCE_HELD_GAIN;
+/// Whether falls of chi2 are beyond chance on both splits, where `excess` remains a row: what is off by
+/// more than its noise in each row is off by chance as much more.
+pub fn is_significant(gain: (f64, f64), excess: (f64, f64), has_held_out: bool) -> bool {
+    let train = gain.0 / excess.0.max(1.0) > FORCE_BALANCE_TRAIN_GAIN;
+    let held = gain.1 / excess.1.max(1.0) > FORCE_BALANCE_HELD_GAIN;
     train && (held || !has_held_out)
 }
 
 /// Changes of all fitted parameters that the solution calls for; `None` if there are none.
 fn parameter_steps(known: &Knowledge, solved: &Solved) -> Option<Vec<f64>> {
     let count: usize = known.effects.iter().map(|e| e.free.len()).sum();
-    let companions = solved.train.known - first_parameter(known, solved) - count;
-    let first = solved.train.known - companions - count;
-    let steps: Vec<f64> = (0..count)
-        .map(|k| solved.solution.values[first + k])
-        .collect();
-    (count > 0).then_some(steps)
-}
-
-/// Index of the first column of an effect's parameter.
-fn first_parameter(known: &Knowledge, solved: &Solved) -> usize {
-    let count: usize = known.effects.iter().map(|e| e.free.len()).sum();
-    let companions = if known.structure.readings() > 1 {
-        known.effects.len()
-    } else {
-        0
-    };
-    solved.train.known - companions - count
+    let first = known.first_parameter();
+    let steps = solved.solution.values.rows(first, count);
+    (count > 0).then(|| steps.iter().copied().collect())
 }
 
 /// Standard errors of the fitted parameters, in the order of effects and of their parameters.
 pub fn parameter_errors(known: &Knowledge, solved: &Solved) -> Vec<Vec<f64>> {
-    let mut at = first_parameter(known, solved);
+    let mut at = known.first_parameter();
     let effects = known.effects.iter().map(|e| {
         let own = e.free.iter().map(|_| {
             let error = solved.solution.covariance[(at, at)].sqrt();

@@ -8,11 +8,12 @@ use super::test_function::{bump, bump_after};
 
 /// Least half width of a test function \[samples\]: fewer samples do not integrate it.
 const MIN_HALF_WIDTH_SAMPLES: f64 = 6.0;
-/// Half width of a test function, in radians of the fastest mode: it then sees that mode.
-const HALF_WIDTH_PHASE: f64 = 3.5;
+/// Half width of a test function, in radians of the slowest mode. Narrower ones see more noise than
+/// motion, and noise in a column lowers its coefficient.
+const HALF_WIDTH_PHASE: f64 = 2.9;
 /// Distance of neighbouring test functions as a share of their half width: together they see all
 /// that is slower than one of them alone.
-const WINDOW_HOP_SHARE: f64 = 0.4;
+const WINDOW_HOP_SHARE: f64 = 0.3;
 /// Largest distance of samples within a window, in usual ones: beyond is a gap.
 const MAX_STEP_INTERVALS: f64 = 2.5;
 
@@ -21,24 +22,31 @@ const MAX_STEP_INTERVALS: f64 = 2.5;
 pub struct Window {
     /// Its centre \[s\].
     pub centre: f64,
+    /// Its half width \[s\].
+    pub half_width: f64,
     /// Its samples.
     pub samples: Range<usize>,
     /// Weights of the samples for the integrals of a quantity times the test function and times its
     /// first and second derivative.
     pub weights: [Vec<f64>; 3],
-    /// Jumps of the drive in it: which, and the correction of the integral per height of a jump.
-    pub jumps: Vec<(usize, f64)>,
+    /// The nodes of its thinned samples, as positions among these, and the same weights for them.
+    pub nodes: Range<usize>,
+    /// See `nodes`.
+    pub node_weights: [Vec<f64>; 3],
+    /// Jumps of the drive in it: which, and by how much the sums of the weights per height of a jump
+    /// fall short of the integrals.
+    pub jumps: Vec<(usize, [f64; 3])>,
 }
 
 /// The windows of one flight.
 pub type FlightWindows = Vec<Window>;
 
-/// Half width of the test functions for readings every `interval` \[s\] of a device whose fastest
-/// mode has the angular frequency `fastest` \[1/s\], or that has none and flies for `flight` \[s\].
-pub fn half_width(interval: f64, fastest: Option<f64>, flight: f64) -> f64 {
+/// Half width of the test functions for readings every `interval` \[s\] of a device whose slowest
+/// mode has the angular frequency `slowest` \[1/s\], or that has none and flies for `flight` \[s\].
+pub fn half_width(interval: f64, slowest: Option<f64>, flight: f64) -> f64 {
     /// Share of a flight without a spring that a test function may cover on either side.
     const FREE_FLIGHT_SHARE: f64 = 0.1;
-    let wanted = fastest.map_or(FREE_FLIGHT_SHARE * flight, |w| HALF_WIDTH_PHASE / w);
+    let wanted = slowest.map_or(FREE_FLIGHT_SHARE * flight, |w| HALF_WIDTH_PHASE / w);
     wanted.max(MIN_HALF_WIDTH_SAMPLES * interval)
 }
 
@@ -78,34 +86,63 @@ fn windows_of_flight(run: &MeasuredRun, flight: &Range<usize>, w: f64) -> Flight
 }
 
 fn window(run: &MeasuredRun, flight: &Range<usize>, centre: f64, w: f64) -> Window {
-    let time = &run.time;
-    let own = &time[flight.clone()];
-    let first = flight.start + own.partition_point(|t| *t <= centre - w);
-    let end = flight.start + own.partition_point(|t| *t < centre + w);
-    let mut weights: [Vec<f64>; 3] = Default::default();
-    for i in first..end {
-        let before = if i > 0 { time[i - 1] } else { time[i] };
-        let after = time.get(i + 1).copied().unwrap_or(time[i]);
-        let step = 0.5 * (after - before);
-        for (all, value) in weights.iter_mut().zip(bump(time[i] - centre, w)) {
-            all.push(step * value);
-        }
-    }
-    let inside = |t: f64| (t - centre).abs() < w;
-    let jumps = run.edges.iter().enumerate();
-    let jumps = jumps.filter(|(_, e)| inside(e.time)).map(|(k, e)| {
-        // The sum over samples sees the jump at the first one after it.
-        let seen: f64 = (e.sample.max(first)..end)
-            .map(|i| weights[0][i - first])
-            .sum();
-        (k, bump_after(e.time - centre, w) - seen)
+    let samples = inside(flight.clone(), |i| run.time[i], centre, w);
+    let of_flight = run.thinned.partition_point(|i| *i < flight.start)
+        ..run.thinned.partition_point(|i| *i < flight.end);
+    let thinned = |k: usize| run.time[run.thinned[k]];
+    let nodes = inside(of_flight.clone(), thinned, centre, w);
+    let weights = quadrature(&samples, flight, |i| run.time[i], (centre, w));
+    let node_weights = quadrature(&nodes, &of_flight, thinned, (centre, w));
+    let edges = run.edges.iter().enumerate();
+    let own = edges.filter(|(_, e)| (e.time - centre).abs() < w);
+    let jumps = own.map(|(k, e)| {
+        // The sums over nodes see the jump at the first one after it.
+        let [value, slope, _] = bump(e.time - centre, w);
+        let after = [bump_after(e.time - centre, w), -value, -slope];
+        let first = nodes.clone().take_while(|k| thinned(*k) < e.time).count();
+        let seen = |order: usize| -> f64 { node_weights[order][first..].iter().sum() };
+        (k, std::array::from_fn(|order| after[order] - seen(order)))
     });
+    let jumps: Vec<(usize, [f64; 3])> = jumps.collect();
     Window {
         centre,
-        samples: first..end,
-        jumps: jumps.collect(),
+        half_width: w,
+        samples,
+        nodes,
+        node_weights,
+        jumps,
         weights,
     }
+}
+
+/// Those of `all` whose times lie within `w` of `centre`.
+fn inside(all: Range<usize>, time: impl Fn(usize) -> f64, centre: f64, w: f64) -> Range<usize> {
+    let first = all.clone().take_while(|i| time(*i) <= centre - w).count();
+    let before_end = all.clone().take_while(|i| time(*i) < centre + w).count();
+    all.start + first..all.start + before_end
+}
+
+/// Weights of the trapezoidal rule at `points` of `all` for the test function and its derivatives.
+fn quadrature(
+    points: &Range<usize>,
+    all: &Range<usize>,
+    time: impl Fn(usize) -> f64,
+    (centre, w): (f64, f64),
+) -> [Vec<f64>; 3] {
+    let mut weights: [Vec<f64>; 3] = Default::default();
+    for i in points.clone() {
+        let before = if i > all.start { time(i - 1) } else { time(i) };
+        let after = if i + 1 < all.end {
+            time(i + 1)
+        } else {
+            time(i)
+        };
+        let step = 0.5 * (after - before);
+        for (of_order, value) in weights.iter_mut().zip(bump(time(i) - centre, w)) {
+            of_order.push(step * value);
+        }
+    }
+    weights
 }
 
 impl Window {
@@ -120,16 +157,13 @@ impl Window {
     }
 
     /// Integral of `order` derivatives of the test function times a quantity, given at the nodes of
-    /// `run`. Jumps are placed exactly for the test function itself.
+    /// `run`, with its jumps.
     pub fn of_nodes(&self, order: usize, run: &MeasuredRun, values: &[f64]) -> f64 {
-        let nodes = &run.sample_nodes[self.samples.clone()];
-        let weights = self.weights[order].iter();
+        let nodes = &run.thinned_nodes[self.nodes.clone()];
+        let weights = self.node_weights[order].iter();
         let mut sum: f64 = weights.zip(nodes).map(|(w, &n)| w * values[n]).sum();
-        if order == 0 {
-            for &(edge, correction) in &self.jumps {
-                let before = run.edges[edge].before;
-                sum += correction * (values[before + 1] - values[before]);
-            }
+        for (edge, short) in &self.jumps {
+            sum += short[order] * run.jump(*edge, values);
         }
         sum
     }

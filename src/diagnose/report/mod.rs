@@ -6,6 +6,7 @@
 
 #[cfg(test)]
 pub(crate) mod fixture;
+pub mod force_balance;
 pub mod ground;
 mod html;
 mod json;

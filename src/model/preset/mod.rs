@@ -17,9 +17,7 @@ pub use self::error::PresetError;
 use self::error::Source;
 use self::file::{Device, FORMAT, File, ModeEntry, Start};
 use self::known_value::{KnownValue, device_parameter};
-use self::read::{
-    read_bounce, read_effects, read_known, read_modes, read_parameters, read_ranges,
-};
+use self::read::{read_bounce, read_effects, read_known, read_modes, read_parameters, read_ranges};
 use self::toml_fault::{TomlFault, short_key};
 use super::Model;
 use super::drive::Waveform;

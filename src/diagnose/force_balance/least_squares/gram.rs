@@ -3,7 +3,11 @@
 use nalgebra::{DMatrix, DVector};
 
 /// Share of its own square below which a column is a combination of others.
-const DEPENDENT_COLUMN_SHARE: f64 = 1e-9;
+const DEPENDENT_COLUMN_SHARE: f64 = 1e-11;
+
+/// Share of its own square that is added to a recording's own unknown, so that two that are one can be
+/// removed: no more than rounding.
+const ROUNDING_SHARE: f64 = 1e-14;
 
 /// Products of whitened columns with each other and with the right-hand side.
 #[derive(Debug, Clone)]
@@ -75,7 +79,7 @@ impl Gram {
         let scale = DVector::from_fn(own, |i, _| inner[(i, i)].max(f64::MIN_POSITIVE).powf(-0.5));
         let mut scaled = DMatrix::from_fn(own, own, |i, j| inner[(i, j)] * scale[i] * scale[j]);
         for i in 0..own {
-            scaled[(i, i)] += DEPENDENT_COLUMN_SHARE;
+            scaled[(i, i)] += ROUNDING_SHARE;
         }
         let cross = self.products.view((kept, 0), (own, kept)).into_owned();
         let cross = DMatrix::from_fn(own, kept, |i, j| cross[(i, j)] * scale[i]);
