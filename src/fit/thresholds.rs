@@ -33,7 +33,7 @@ pub const MAX_LEVEL_DIFFERENCE: f64 = 15e-6;
 /// The same within one fit \[m\]. Zeros may be off by some micrometres, and the scales by a
 /// percent.
 pub const MAX_LEVEL_DIFFERENCE_IN_A_FIT: f64 = 8e-6;
-/// Both limits are no less than this share of the travel \[-\]: a device that moves by decimetres has
+/// Both limits are no less than this share of the travel \[-\]. A device that moves by decimetres has
 /// its ground no better known. Below 160 um of travel the limits above hold.
 pub const MIN_LEVEL_DIFFERENCE_SHARE: f64 = 0.05;
 /// Share of its one extreme that a voltage reaches on the other side \[-\]. The paper's drives are

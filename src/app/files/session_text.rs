@@ -306,7 +306,7 @@ fn check(file: &File) -> Result<(), String> {
     }
     if let Some(longest) = file.diagnosis.longest.filter(|longest| !positive(*longest)) {
         return Err(format!(
-            "the longest time of a diagnosis, {longest} s, is invalid"
+            "the longest time of a diagnosis of {longest} s is invalid"
         ));
     }
     if !positive(file.view.slow_down) {

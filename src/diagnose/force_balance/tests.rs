@@ -94,7 +94,7 @@ fn spring(amplitude: f64, (length, time): (f64, f64)) -> Recording {
         if i.is_multiple_of(100) {
             let k = f64::from(i / 100);
             // A deterministic stand-in for noise of 0.3 mm.
-            let noise = 3e-4 * 1.4142 * (1.7 * k * k).sin();
+            let noise = 3e-4 * std::f64::consts::SQRT_2 * (1.7 * k * k).sin();
             times.push(time * h * f64::from(i));
             readings.push(length * (x + noise));
         }

@@ -3,7 +3,7 @@
 //! The sentences begin with a small letter and have no full stop, so that they may stand in a list
 //! or be joined; [`capitalised`](super::words::capitalised) does the rest.
 
-use super::words::{gain, listed};
+use super::words::{effect_name, gain, listed};
 use crate::diagnose::findings::{
     CandidateRemark, Evidence, Finding, FindingKind, LawProof, Remark, RetunedParameter,
 };
@@ -119,12 +119,12 @@ pub fn remark(remark: &Remark) -> String {
         }
         Remark::HeldAsGiven(ids) => format!(
             "held at the values of the device: {}; free them if they are not known so well",
-            ids.join(", ")
+            ids.iter().map(|id| parameter_words(id)).collect::<Vec<_>>().join(", ")
         ),
         Remark::KnownContradicted(found) => found.text(),
         Remark::HeldElsewhere(held) => format!(
             "needs {} = {}, held at {}: another value, or a force is missing",
-            held.id,
+            parameter_words(&held.id),
             with_error(held.needed, held.std_error, &held.unit),
             format_quantity(held.value, &held.unit, 4)
         ),
@@ -155,7 +155,16 @@ fn retuned(parameter: &RetunedParameter) -> String {
     let known = known.as_ref().map_or(String::new(), |known| {
         format!(", known {}", known.text(unit))
     });
+    let id = parameter_words(id);
     format!("{id} from {} to {}{known}", write(*from), write(*to))
+}
+
+/// A parameter in words: an effect's own with the effect's name.
+fn parameter_words(id: &str) -> String {
+    match id.split_once('.') {
+        Some((effect, own)) => format!("{own} of {}", effect_name(effect)),
+        None => id.to_owned(),
+    }
 }
 
 /// Remarks as sentences.

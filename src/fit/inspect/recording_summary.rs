@@ -307,7 +307,7 @@ mod tests {
                 rate: 200.0,
                 ..Options::default()
             };
-            let trace = simulate(&model, &Waveform::Rest, 0.9, &options).unwrap();
+            let trace = simulate(&model, &Waveform::Rest, 0.99, &options).unwrap();
             let time: Vec<f64> = (0..trace.len()).map(|i| trace.time(i)).collect();
             let mut xp: Vec<f64> = trace.proof_mass.iter().map(|x| x + zero).collect();
             let sensor = Sensor {

@@ -28,7 +28,8 @@ fn bouncing(rate: f64, e: f64, release: f64) -> (Vec<f64>, Vec<(f64, f64)>) {
         .map(|i| {
             let t = i as f64 / rate;
             if t > release {
-                return LEVEL + 500.0 * (t - release).powi(2);
+                // It is pulled off at once, and stops at twice the height of its fall.
+                return LEVEL + (500.0 * (t - release).powi(2)).min(40e-6);
             }
             pieces
                 .iter()

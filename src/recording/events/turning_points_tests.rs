@@ -44,14 +44,15 @@ fn camera() -> TimeAxis<'static> {
 
 #[test]
 fn the_bounces_of_a_ball_give_level_and_restitution() {
-    for (alpha, noise, exposure, fewest) in [
-        (0.7, 5e-5, 0.0, 3),
-        (0.85, 1e-5, 0.0, 3),
-        (0.6, 1e-4, 0.0, 2),
+    // It bounces after 0.25 s, then each time after `alpha` times 0.49 s, 0.49 s alpha^2, ...
+    for (alpha, duration, noise, exposure, fewest) in [
+        (0.7, 1.0, 5e-5, 0.0, 3),
+        (0.85, 1.25, 1e-5, 0.0, 3),
+        (0.6, 1.0, 1e-4, 0.0, 2),
         // Smoothed over a frame: no sample is at the ground.
-        (0.7, 2e-5, 5e-3, 3),
+        (0.7, 1.0, 2e-5, 5e-3, 3),
     ] {
-        let xp = filmed(alpha, 1.0, noise, exposure);
+        let xp = filmed(alpha, duration, noise, exposure);
         let turns = turning_points(camera(), &xp, noise);
         assert!(turns.len() >= fewest, "{alpha}: {turns:?}");
         for turn in &turns {

@@ -48,7 +48,7 @@ impl Follower<'_> {
     }
 
     /// What friction does to a mass that rests at this instant.
-    fn from_rest(&self, t: f64, x: f64) -> Friction {
+    fn at_rest(&self, t: f64, x: f64) -> Friction {
         let pull = self.free(t, x, 0.0);
         if pull.abs() <= self.friction(x) {
             Friction::Holds
@@ -61,7 +61,7 @@ impl Follower<'_> {
         if !self.rubs {
             Friction::Slides(0.0)
         } else if run.v == 0.0 {
-            self.from_rest(0.0, run.x)
+            self.at_rest(0.0, run.x)
         } else {
             Friction::Slides(run.v.signum())
         }
@@ -108,7 +108,7 @@ pub fn motion(
             while times.get(out.len()).is_some_and(|time| *time <= t) {
                 out.push(y[0]);
             }
-            friction = follower.from_rest(t, y[0]);
+            friction = follower.at_rest(t, y[0]);
             fresh = true;
             continue;
         };
@@ -144,7 +144,7 @@ pub fn motion(
         if turns {
             y = stepper.at(share);
             y[1] = 0.0;
-            friction = follower.from_rest(t, y[0]);
+            friction = follower.at_rest(t, y[0]);
             fresh = true;
             h = 1e-3 * longest;
         } else {

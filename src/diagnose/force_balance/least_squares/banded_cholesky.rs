@@ -44,11 +44,11 @@ impl BandedCholesky {
         let width = self.band + 1;
         for i in 0..values.len() {
             let first = i.saturating_sub(self.band);
-            let mut sum = values[i];
-            for j in first..i {
-                sum -= self.factor[i * width + j + self.band - i] * values[j];
-            }
-            values[i] = sum / self.factor[i * width + self.band];
+            let row = &self.factor[i * width..(i + 1) * width];
+            let (known, own) = values.split_at_mut(i);
+            let before = row[first + self.band - i..self.band].iter().zip(&known[first..]);
+            let expected: f64 = before.map(|(f, v)| f * v).sum();
+            own[0] = (own[0] - expected) / row[self.band];
         }
     }
 }

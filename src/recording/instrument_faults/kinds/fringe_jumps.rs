@@ -191,10 +191,12 @@ fn common_size(jumps: &[Jump], sigma: f64, lone: f64) -> Option<f64> {
     let shown = equal || jumps.len() > 2;
     let moves = jumps.iter().any(|j| moving(&j));
     let agree = fitting as f64 >= FRINGE_MIN_AGREEMENT * jumps.len() as f64;
-    let mut units: Vec<f64> = jumps
-        .iter()
-        .filter(is_multiple)
-        .map(|j| j.size.abs() / (j.size.abs() / unit).round())
-        .collect();
-    (shown && moves && agree).then(|| median_in_place(&mut units))
+    // Each is as uncertain as the others: a large multiple says most about the size.
+    let (mut along, mut squares) = (0.0, 0.0);
+    for jump in jumps.iter().filter(is_multiple) {
+        let times = (jump.size.abs() / unit).round();
+        along += times * jump.size.abs();
+        squares += times * times;
+    }
+    (shown && moves && agree).then_some(along / squares)
 }
