@@ -127,47 +127,12 @@ impl Workspace {
                 &assumptions.hovering.1,
             )?))
         };
-        let picks: [fn(&mut Sigmas) -> &mut f64; 2] = [|s| &mut s.xp, |s| &mut s.xc];
-        let mut information = 0.0;
-        for pick in picks {
-            let mut all: Vec<(usize, &mut f64)> = std::iter::once(&mut train)
-                .chain(&mut held_out)
-                .flat_map(|s| &mut s.event_free.prepared.problem.data)
-                .map(|d| (d.recording.len(), pick(&mut d.sigmas)))
-                .collect();
-            information += noise_model::pool_noise(&mut all).powi(-2);
-        }
-        let sides = || std::iter::once(&train).chain(&held_out);
-        let stays: Vec<ContactRecording<'_>> = sides()
-            .flat_map(|s| {
-                s.event_free
-                    .prepared
-                    .problem
-                    .data
-                    .iter()
-                    .zip(&s.event_free.timelines)
-            })
-            .map(|(d, timeline)| ContactRecording {
-                recording: &d.recording,
-                timeline,
-                sigma: d.sigmas.xp,
-            })
-            .collect();
-        let noise = noise_model::estimate_noise(&stays);
-        for side in std::iter::once(&mut train).chain(&mut held_out) {
-            side.set_noise(&noise);
-        }
-        for data in std::iter::once(&train)
-            .chain(&held_out)
-            .flat_map(|s| &s.event_free.prepared.problem.data)
-        {
-            log::debug!("{}: {:?}", data.recording.name, data.sigmas);
-        }
+        let (noise, noise_error) = share_noise(&mut train, &mut held_out);
         Ok(Self {
             train,
             held_out,
             noise,
-            noise_error: information.max(1.0).powf(-0.5),
+            noise_error,
             free,
             choices: options.choices.clone(),
             initial_model: model.clone(),
@@ -309,6 +274,45 @@ impl Workspace {
 fn with_frozen_parameters(mut side: Split) -> Split {
     side.event_free.prepared.problem.known.clear();
     side
+}
+
+/// Gives all recordings the noise of one instrument; returns it with the relative standard error of its
+/// size.
+fn share_noise(train: &mut Split, held_out: &mut Option<Split>) -> (Noise, f64) {
+    let picks: [fn(&mut Sigmas) -> &mut f64; 2] = [|s| &mut s.xp, |s| &mut s.xc];
+    let mut information = 0.0;
+    for pick in picks {
+        let mut all: Vec<(usize, &mut f64)> = std::iter::once(&mut *train)
+            .chain(held_out.as_mut())
+            .flat_map(|s| &mut s.event_free.prepared.problem.data)
+            .map(|d| (d.recording.len(), pick(&mut d.sigmas)))
+            .collect();
+        information += noise_model::pool_noise(&mut all).powi(-2);
+    }
+    let sides = || std::iter::once(&*train).chain(held_out.as_ref());
+    let stays: Vec<ContactRecording<'_>> = sides()
+        .flat_map(|s| {
+            s.event_free
+                .prepared
+                .problem
+                .data
+                .iter()
+                .zip(&s.event_free.timelines)
+        })
+        .map(|(d, timeline)| ContactRecording {
+            recording: &d.recording,
+            timeline,
+            sigma: d.sigmas.xp,
+        })
+        .collect();
+    let noise = noise_model::estimate_noise(&stays);
+    for side in std::iter::once(train).chain(held_out) {
+        side.set_noise(&noise);
+        for data in &side.event_free.prepared.problem.data {
+            log::debug!("{}: {:?}", data.recording.name, data.sigmas);
+        }
+    }
+    (noise, information.max(1.0).powf(-0.5))
 }
 
 pub(crate) fn positions(problem: &Problem, ids: &[&str]) -> Vec<usize> {

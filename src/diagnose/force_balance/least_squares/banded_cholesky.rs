@@ -46,7 +46,9 @@ impl BandedCholesky {
             let first = i.saturating_sub(self.band);
             let row = &self.factor[i * width..(i + 1) * width];
             let (known, own) = values.split_at_mut(i);
-            let before = row[first + self.band - i..self.band].iter().zip(&known[first..]);
+            let before = row[first + self.band - i..self.band]
+                .iter()
+                .zip(&known[first..]);
             let expected: f64 = before.map(|(f, v)| f * v).sum();
             own[0] = (own[0] - expected) / row[self.band];
         }
