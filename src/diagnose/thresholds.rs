@@ -375,10 +375,11 @@ pub const REREAD_MAX_MORE_ASIDE: f64 = 0.01;
 /// Readings set aside from which that is reported \[%\]. A few misread events are usual.
 pub const SET_ASIDE_REMARK_PERCENT: f64 = 3.0;
 /// Fall of chi2 of the fitted recordings, in units of what remains a row, from which the force balance
-/// adds an effect. Some sixty forms are compared, each with up to two directions.
-pub const FORCE_BALANCE_TRAIN_GAIN: f64 = 40.0;
-/// The same on held-out recordings, where nothing is fitted.
-pub const FORCE_BALANCE_HELD_GAIN: f64 = 12.0;
+/// adds an effect. Some sixty forms are compared: at most 38 with nothing left out (three sets of an
+/// independent generator).
+pub const FORCE_BALANCE_TRAIN_GAIN: f64 = 60.0;
+/// The same on held-out recordings. Nothing is fitted to these, so that a smaller fall is none of chance.
+pub const FORCE_BALANCE_HELD_GAIN: f64 = 15.0;
 /// Logarithm of the odds against any one effect before the data. Odds of 22000 to 1: many effects,
 /// forms and constants are compared.
 pub const PRIOR_LOG_ODDS: f64 = 10.0;

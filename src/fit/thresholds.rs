@@ -6,7 +6,6 @@
 //! which has no unit. Iteration counts, steps of differences and sizes of starts stay where they
 //! are used: they change how long a fit takes, not what it says.
 
-// What a recording must show to be fitted.
 // Known values of parameters.
 // Check with `cargo test --lib fit::uncertainty::contradiction`.
 /// Distance between a known value and the one that the recordings need, from which they contradict
@@ -14,6 +13,7 @@
 /// often stated too small by a factor of up to 2.
 pub const KNOWN_MAX_Z: f64 = 4.0;
 
+// What a recording must show to be fitted.
 // Check with `cargo test --lib fit::inspect::preconditions`.
 /// Fewest samples of a recording \[samples\]. With fewer, two unknowns a mode, the nuisances and a
 /// parameter are hardly overdetermined.
@@ -42,7 +42,6 @@ pub const MIN_VOLTAGE_SYMMETRY: f64 = 0.95;
 /// Noise below this share of the motion is the rounding of a simulation \[-\]. No recorder
 /// resolves as much.
 pub const NOISELESS_SHARE: f64 = 1e-6;
-
 /// Share of the samples at the end of a reading's range that may be left out \[-\]. With more, most
 /// of the motion is missing.
 pub const MAX_CLIPPED_SHARE: f64 = 0.1;
@@ -52,10 +51,11 @@ pub const MAX_CLIPPED_SHARE: f64 = 0.1;
 /// Deviation of a reading from its mean up to which nothing moves \[noise of a sample\]. A motion
 /// as large as the noise has 1.4.
 pub const MAX_STILL_DEVIATION: f64 = 1.3;
-/// Correlation of neighbours up to which they do not go together \[-\], beyond chance. A motion of
+/// Correlation of neighbours, beyond chance, up to which they do not go together \[-\]. A motion of
 /// a fifth of the noise's variance has 0.17.
 pub const MAX_NOISE_CORRELATION: f64 = 0.1;
-/// The same by chance \[standard deviations\].
+/// The same by chance \[standard deviations\]. Several lags are looked at, so that 2 would be
+/// reached often.
 pub const NOISE_CORRELATION_SIGMAS: f64 = 4.0;
 /// Neighbours that are looked at \[samples\]. A motion near the sampling rate shows in some of them.
 pub const NOISE_CORRELATION_LAGS: usize = 8;
@@ -64,35 +64,40 @@ pub const MIN_VISIBLE_MODE_SHAPE: f64 = 1e-2;
 
 // Connections: signs and orders of magnitude of slow motion.
 // Check with `cargo test --lib fit::inspect::connections`.
-/// Mean of slow motion over so many periods of the first mode: its ring is gone, also where f1 is off
-/// by half.
+/// Time over which slow motion is averaged \[periods of the first mode\]. Its ring is gone then,
+/// also where f1 is off by half.
 pub const CONNECTION_BLOCK_PERIODS: f64 = 4.0;
-/// Periods of the first mode that are looked at. Time.
+/// Time that is looked at \[periods of the first mode\]. More would only take longer.
 pub const CONNECTION_MAX_PERIODS: f64 = 400.0;
-/// Instants of the voltage in a period, for the model's own run. Time.
+/// Instants of the voltage for the model's own run \[per period of the first mode\]. More would
+/// only take longer.
 pub const CONNECTION_STEPS_PER_PERIOD: f64 = 20.0;
-/// Recordings that are looked at. Time.
+/// How many are looked at \[recordings\]. They have the same connections.
 pub const CONNECTION_MAX_RECORDINGS: usize = 3;
-/// Blocks at least: a correlation of 0.6 in ten is no chance.
+/// Fewest averages that say anything \[blocks\]. A correlation of 0.6 in ten is no chance.
 pub const CONNECTION_MIN_BLOCKS: usize = 10;
 /// Share of the voltage's deviation that is slow, at least \[-\]. Faster drives move the mass by
 /// its dynamics.
 pub const CONNECTION_MIN_SLOW_SHARE: f64 = 0.4;
-/// Correlation of slow motion with the voltage, in recording and model \[-\].
+/// Correlation of slow motion with the voltage, in recording and model, from which a sign is read
+/// \[-\]. Devices off by up to 60 % have more.
 pub const CONNECTION_MIN_CORRELATION: f64 = 0.6;
-/// Below this part of the known voltage the film's hysteresis decides on the direction of slow
-/// motion \[-\]: that turns over at 1.5 V.
+/// Part of the known voltage below which the film's hysteresis decides on the direction of slow
+/// motion \[-\]. That turns over at 1.5 V.
 pub const HYSTERESIS_VOLTAGE_PARTS: f64 = 3.0;
-/// Factor by which xc over xp is nearer to the inverse of the model's than to it \[-\].
+/// Factor by which xc over xp is nearer to the inverse of the model's than to it \[-\]. Devices off
+/// by up to 60 % have 0.8 to 1.4 times the model's.
 pub const EXCHANGED_MARGIN: f64 = 1.5;
 /// Ratio of slow motion in the recording to that of the model from which the voltage is a monitor's
 /// \[-\]. A device with f1 and eta off by 60 % has 6.4.
 pub const MIN_MONITOR_RATIO: f64 = 8.0;
-/// Factors of the monitors of amplifiers \[-\].
+/// Factors of the monitors of amplifiers \[-\]. Makers offer these.
 pub const MONITOR_FACTORS: [f64; 4] = [10.0, 20.0, 50.0, 100.0];
-/// Misfit of the motion at the nearest of these factors, at most \[-\].
+/// Misfit of the motion at the nearest of these factors, at most \[-\]. A device that is another
+/// one altogether leaves more.
 pub const MAX_MONITOR_MISFIT: f64 = 2.5;
-/// The voltage at the device is within this factor of the known ones \[-\].
+/// Factor within which the voltage at the device is that of the known ones \[-\]. A weaker drive is
+/// no monitor.
 pub const KNOWN_VOLTAGE_MARGIN: f64 = 1.5;
 
 // Units of the columns, and cells that are no readings.

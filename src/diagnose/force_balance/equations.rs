@@ -104,7 +104,7 @@ impl<'a> Equations<'a> {
     pub fn nuisances(&self, drive: &[f64]) -> (Vec<Vec<f64>>, Vec<f64>) {
         let s = &self.mode;
         let (mut columns, mut errors) = (Vec::new(), Vec::new());
-        if s.is_sprung() {
+        if s.is_sprung {
             columns.push(self.column(|w| w.weights[0].iter().sum()));
             errors.push(f64::INFINITY);
         }

@@ -85,7 +85,7 @@ impl Knowledge {
     /// Of `model` as it is, whose slowest mode is `mode`.
     pub fn new(model: &Model, mode: SlowMode) -> Self {
         let mut coefficients = Vec::new();
-        if mode.is_sprung() {
+        if mode.is_sprung {
             coefficients.extend([mode.damping, mode.stiffness]);
         }
         if model.piezo.is_some() {
@@ -123,7 +123,7 @@ impl Knowledge {
             }
         }
         let mut own = self.coefficients.iter().copied();
-        if self.mode.is_sprung() {
+        if self.mode.is_sprung {
             self.mode.damping = own.next().unwrap_or(self.mode.damping);
             self.mode.stiffness = own.next().unwrap_or(self.mode.stiffness);
         }
@@ -203,7 +203,13 @@ fn parameter_step(effect: &ActiveEffect, i: usize) -> f64 {
     } else {
         effect.values[i].abs()
     };
-    PARAMETER_STEP_SHARE * size
+    let step = PARAMETER_STEP_SHARE * size;
+    // At its upper limit a parameter can only be lowered.
+    if effect.values[i] + step > effect.spec.parameters[i].limits.1 {
+        -step
+    } else {
+        step
+    }
 }
 
 /// What acts along the motion of a recording.
@@ -262,7 +268,7 @@ fn known_columns(
 ) -> (Vec<Vec<f64>>, Vec<f64>) {
     let run = equations.run;
     let mut columns = Vec::new();
-    if known.mode.is_sprung() {
+    if known.mode.is_sprung {
         columns.extend(equations.structure_columns());
     }
     if known.model.piezo.is_some() {

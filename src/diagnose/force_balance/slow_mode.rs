@@ -17,6 +17,8 @@ pub struct SlowMode {
     pub drive: f64,
     /// `m` \[1/kg\].
     pub mass: f64,
+    /// Whether a spring holds the mass: its reading has a zero then.
+    pub is_sprung: bool,
 }
 
 impl SlowMode {
@@ -31,16 +33,12 @@ impl SlowMode {
             stiffness: mode.omega().powi(2),
             drive: mode.phi_p * mode.phi_drive,
             mass: mode.phi_p * mode.phi_p,
+            is_sprung: mode.frequency > 0.0,
         })
-    }
-
-    /// Whether a spring holds the mass: its reading has a zero then.
-    pub fn is_sprung(&self) -> bool {
-        self.stiffness > 0.0
     }
 
     /// Angular frequency \[1/s\], if it swings.
     pub fn frequency(&self) -> Option<f64> {
-        self.is_sprung().then(|| self.stiffness.sqrt())
+        self.is_sprung.then(|| self.stiffness.max(0.0).sqrt())
     }
 }
