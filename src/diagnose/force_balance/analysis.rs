@@ -29,6 +29,9 @@ const MAX_REFINED_RIVALS: usize = 3;
 /// Share of the largest gain that an effect's unrefined one must reach for that.
 const RIVAL_MIN_SHARE: f64 = 0.1;
 
+/// Factor by which a constant may leave the range that was tried.
+const CONSTANT_BOUND_FACTOR: f64 = 3.0;
+
 /// An effect that the force balance calls for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BalancedEffect {
@@ -173,6 +176,29 @@ fn candidate(gain: &BalanceGain, forms: &[CatalogueDirection]) -> BalanceCandida
     }
 }
 
+/// Bounds of the fitted parameters of `form`. A constant stays near those that were tried: far from
+/// them one law becomes another, an attraction that reaches farther than the mass moves a spring.
+fn bounds(form: &CatalogueDirection, all: &[CatalogueDirection]) -> Vec<(f64, f64)> {
+    let one = |&i: &usize| {
+        let (low, high) = form.spec.parameters[i].limits;
+        if i == form.strength {
+            return (low, high);
+        }
+        let same = all.iter().filter(|f| f.spec == form.spec);
+        let tried = same.map(|f| f.values[i]).filter(|v| *v > 0.0);
+        let (least, most) = tried.fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
+        if least <= most {
+            (
+                low.max(least / CONSTANT_BOUND_FACTOR),
+                high.min(most * CONSTANT_BOUND_FACTOR),
+            )
+        } else {
+            (low, high)
+        }
+    };
+    form.free.iter().map(one).collect()
+}
+
 /// A state of knowledge with one effect more.
 struct Extended {
     known: Knowledge,
@@ -199,6 +225,7 @@ fn best_refined(
         let added = FittedEffect {
             effect: form.effect(gain.theta),
             free: form.free.clone(),
+            bounds: bounds(form, forms),
         };
         let mut trial = known.clone();
         trial.effects.push(added.clone());

@@ -26,6 +26,8 @@ pub struct FittedEffect {
     pub effect: ActiveEffect,
     /// Indices of its fitted parameters.
     pub free: Vec<usize>,
+    /// Bounds of these.
+    pub bounds: Vec<(f64, f64)>,
 }
 
 /// Recordings with their windows.

@@ -254,8 +254,13 @@ pub fn parameter_errors(known: &Knowledge, solved: &Solved) -> Vec<Vec<f64>> {
 
 fn move_parameters(known: &mut Knowledge, steps: &[f64], share: f64) {
     let mut steps = steps.iter();
-    for FittedEffect { effect, free } in &mut known.effects {
-        for &i in free.iter() {
+    for FittedEffect {
+        effect,
+        free,
+        bounds,
+    } in &mut known.effects
+    {
+        for (&i, (low, high)) in free.iter().zip(bounds.iter()) {
             let Some(step) = steps.next() else {
                 return;
             };
@@ -265,7 +270,7 @@ fn move_parameters(known: &mut Knowledge, steps: &[f64], share: f64) {
             if old > 0.0 && spec.limits.0 >= 0.0 {
                 new = new.clamp(old / MAX_STEP_FACTOR, old * MAX_STEP_FACTOR);
             }
-            effect.values[i] = new.clamp(spec.limits.0, spec.limits.1);
+            effect.values[i] = new.clamp(*low, *high);
         }
     }
 }
