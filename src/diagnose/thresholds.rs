@@ -375,8 +375,8 @@ pub const REREAD_MAX_MORE_ASIDE: f64 = 0.01;
 /// Readings set aside from which that is reported \[%\]. A few misread events are usual.
 pub const SET_ASIDE_REMARK_PERCENT: f64 = 3.0;
 /// Fall of chi2 of the fitted recordings, in units of what remains a row, from which the force balance
-/// adds an effect. Some sixty forms are compared: at most 38 with nothing left out (three sets of an
-/// independent generator).
+/// adds an effect. Some sixty forms are compared: at most 46 in two sets of an independent generator
+/// with nothing left out. A third, in whose flights contacts were not noticed, has 3000.
 pub const FORCE_BALANCE_TRAIN_GAIN: f64 = 60.0;
 /// The same on held-out recordings. Nothing is fitted to these, so that a smaller fall is none of chance.
 pub const FORCE_BALANCE_HELD_GAIN: f64 = 15.0;
