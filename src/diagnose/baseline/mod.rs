@@ -2,6 +2,7 @@
 //! remains in its residuals.
 
 pub(super) mod fit_steps;
+mod guided;
 pub(super) mod lag_rivals;
 pub(super) mod multistart;
 pub(super) mod recording_distances;

@@ -12,6 +12,7 @@ use crate::diagnose::shooting::fitted::{Fitted, RequiredEffect};
 use crate::diagnose::shooting::latency;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::Model;
+use crate::model::effects::EffectSpec;
 
 /// How often recordings are cut again for late readings.
 const MAX_RECUTS: usize = 2;
@@ -117,6 +118,22 @@ impl<'a, 'c> Retuning<'a, 'c> {
         (options, hovering): (&'a DiagnoseOptions, &'a ContactAmbiguity),
         control: &'a DiagnoseControl<'c>,
     ) -> Result<Self, DiagnoseError> {
+        let asked = |spec: &EffectSpec| options.asks(spec.id);
+        let guided = workspace.guided_fits(model, (&[], &[]), &asked, control)?;
+        if let Some((workspace, train)) = workspace.led_astray(guided, control)? {
+            return Ok(Self {
+                model,
+                options,
+                hovering,
+                control,
+                workspace,
+                train,
+                drift: None,
+                assumptions: ReadingAssumptions::default(),
+                ambiguous: (Vec::new(), Vec::new()),
+                remarks: Vec::new(),
+            });
+        }
         let mut assumptions = ReadingAssumptions::default();
         let recut = |workspace: &Workspace, assumptions: &ReadingAssumptions| {
             workspace.recut(model, options, assumptions)

@@ -8,6 +8,7 @@ pub(super) mod misread_segments;
 pub(super) mod missed_contacts;
 pub mod noise_model;
 pub(super) mod reading_assumptions;
+pub(super) mod rest_level;
 pub(super) mod robust_loss;
 pub mod screening;
 pub(super) mod side;

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use super::rest_level::from_rest;
 use crate::diagnose::findings::Remark;
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::thresholds::SHORT_RECORDING_SAMPLES;
@@ -88,9 +89,10 @@ pub fn screen(
         held_out.retain(|p| lone(p) == train.iter().all(lone));
         remarks.push(Remark::HeldOutReadOtherPoints(with_both - held_out.len()));
     }
+    let counted = |parts: Vec<Part>| parts.iter().map(|p| from_rest(model, p)).collect();
     Ok(ScreenedRecordings {
-        train,
-        held_out,
+        train: counted(train),
+        held_out: counted(held_out),
         remarks,
         may_name,
     })

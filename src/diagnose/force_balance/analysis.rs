@@ -10,12 +10,13 @@ use super::windows::half_width;
 use crate::diagnose::data::screening::screen;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::score_test::forms::{CatalogueDirection, Scale, catalogue_directions};
+use crate::diagnose::shooting::fitted::Bound;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::fit::Part;
 use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::problem::prepare::Prepared;
-use crate::model::Model;
-use crate::model::effects::ActiveEffect;
+use crate::model::effects::{ActiveEffect, EffectSpec};
+use crate::model::{Model, with_effect};
 
 /// Time over which the motion is smoothed on either side, as a share of a test function's half width.
 const SMOOTHING_SHARE: f64 = 0.25;
@@ -28,9 +29,6 @@ const SPACING_SHARE: f64 = 0.06;
 const MAX_REFINED_RIVALS: usize = 3;
 /// Share of the largest gain that an effect's unrefined one must reach for that.
 const RIVAL_MIN_SHARE: f64 = 0.1;
-
-/// Factor by which a constant may leave the range that was tried.
-const CONSTANT_BOUND_FACTOR: f64 = 3.0;
 
 /// An effect that the force balance calls for.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,7 +103,7 @@ fn analyse(
     let Some((mut balance, mut known)) = prepare(workspace, model)? else {
         return Ok(None);
     };
-    let mut solved = balance.settle_clocks(&mut known)?;
+    let mut solved = balance.settle_recordings(&mut known)?;
     let before = solved.chi2();
     log::debug!(
         "force balance: {:.3} per row of {} fitted, {:.3} of {} held out",
@@ -114,7 +112,7 @@ fn analyse(
         before.held_out_per_row(),
         before.held_out_freedom
     );
-    let forms = asked_forms(workspace, model, options);
+    let forms = asked_forms(workspace, model, &|spec| options.asks(spec.id));
     let mut effects: Vec<BalancedEffect> = Vec::new();
     let mut candidates: Vec<BalanceCandidate> = Vec::new();
     for round in 0..options.most {
@@ -130,17 +128,22 @@ fn analyse(
         if round == 0 {
             candidates = gains.iter().map(|g| candidate(g, &free)).collect();
         }
-        let Some(best) = best_refined(&balance, (&known, &solved), &gains, &free)? else {
+        let rivals = refined(&balance, (&known, &solved), &gains, &free)?;
+        let Some(best) = rivals.into_iter().next() else {
             break;
         };
-        log::debug!("force balance: {:?} brings {:?}", best.added, best.gain);
+        log::debug!("force balance: {:?} brings {:?}", best.added(), best.gain);
         effects.push(BalancedEffect {
-            effect: best.added.effect,
-            free: best.added.free,
+            effect: best.added().effect.clone(),
+            free: best.added().free.clone(),
             errors: Vec::new(),
             gain: best.gain,
         });
         (known, solved) = (best.known, best.solved);
+        if !model.has_ground {
+            // A law of displacement moves where the device seems to rest.
+            solved = balance.settle_recordings(&mut known)?;
+        }
     }
     let errors = parameter_errors(&known, &solved);
     for ((out, found), errors) in effects.iter_mut().zip(&known.effects).zip(errors) {
@@ -154,6 +157,59 @@ fn analyse(
         candidates,
         mode: known.mode,
     }))
+}
+
+/// An effect that may be missing, with everything else as the balance has settled it beside: where a
+/// fit may begin.
+#[derive(Debug, Clone)]
+pub struct BalanceRival {
+    /// The form that it began with.
+    pub form: CatalogueDirection,
+    /// Bounds of its fitted parameters.
+    pub bounds: Vec<Bound>,
+    /// The device with the effect, and with the slowest mode as it was found.
+    pub model: Model,
+    /// The effect.
+    pub effect: ActiveEffect,
+    /// Falls of chi2 that it brings, on fitted and held-out recordings.
+    pub gain: (f64, f64),
+}
+
+/// The effects that `model` lacks most by the balance of forces, best first, with the chi2 without
+/// any. Empty where nothing is missing or the balance cannot tell.
+///
+/// # Errors
+/// [`DiagnoseError`] if the model makes no sense.
+pub fn rivals(
+    workspace: &Workspace,
+    model: &Model,
+    asked: &dyn Fn(&EffectSpec) -> bool,
+) -> Result<Option<(BalanceChi2, Vec<BalanceRival>)>, DiagnoseError> {
+    let Some((mut balance, mut known)) = prepare(workspace, model)? else {
+        return Ok(None);
+    };
+    let first = known.mode;
+    let solved = balance.settle_recordings(&mut known)?;
+    let forms = asked_forms(workspace, model, asked);
+    let gains = best_of_each_effect(balance.gains(&known, &forms)?, &forms);
+    let found = refined(&balance, (&known, &solved), &gains, &forms)?;
+    let one = |e: Extended| {
+        let form = forms[e.form].clone();
+        let effect = e.added().effect.clone();
+        log::debug!("force balance: {effect:?} brings {:?}", e.gain);
+        BalanceRival {
+            bounds: form.bounds(&forms),
+            model: e
+                .known
+                .mode
+                .tuned(&with_effect(model, effect.clone()), &first),
+            form,
+            effect,
+            gain: e.gain,
+        }
+    };
+    let found = found.into_iter().map(one).collect();
+    Ok(Some((solved.chi2(), found)))
 }
 
 /// The best form of each effect, best first.
@@ -176,76 +232,77 @@ fn candidate(gain: &BalanceGain, forms: &[CatalogueDirection]) -> BalanceCandida
     }
 }
 
-/// Bounds of the fitted parameters of `form`. A constant stays near those that were tried: far from
-/// them one law becomes another, an attraction that reaches farther than the mass moves a spring.
-fn bounds(form: &CatalogueDirection, all: &[CatalogueDirection]) -> Vec<(f64, f64)> {
-    let one = |&i: &usize| {
-        let (low, high) = form.spec.parameters[i].limits;
-        if i == form.strength {
-            return (low, high);
-        }
-        let same = all.iter().filter(|f| f.spec == form.spec);
-        let tried = same.map(|f| f.values[i]).filter(|v| *v > 0.0);
-        let (least, most) = tried.fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
-        if least <= most {
-            (
-                low.max(least / CONSTANT_BOUND_FACTOR),
-                high.min(most * CONSTANT_BOUND_FACTOR),
-            )
-        } else {
-            (low, high)
-        }
-    };
-    form.free.iter().map(one).collect()
+/// The effect of `form`, `theta` times as strong, with its fitted parameters.
+fn fitted_effect(
+    form: &CatalogueDirection,
+    theta: f64,
+    all: &[CatalogueDirection],
+) -> FittedEffect {
+    let near = form.bounds(all);
+    let bounds = form.free.iter().zip(form.free_ids()).map(|(&i, id)| {
+        let limits = form.spec.parameters[i].limits;
+        let own = near.iter().filter(|bound| bound.0 == id);
+        own.fold(limits, |(low, high), (_, (least, most))| {
+            (low.max(*least), high.min(*most))
+        })
+    });
+    FittedEffect {
+        effect: form.effect(theta),
+        bounds: bounds.collect(),
+        free: form.free.clone(),
+    }
 }
 
 /// A state of knowledge with one effect more.
 struct Extended {
     known: Knowledge,
     solved: Solved,
-    added: FittedEffect,
+    /// Which form was added.
+    form: usize,
     gain: (f64, f64),
 }
 
-/// The effect that brings most once its parameters are refined, if that is beyond chance. A form's
-/// strength is that of a small effect: how much of a large one it carries says little about what the
-/// refined effect does.
-fn best_refined(
+impl Extended {
+    /// The effect that was added.
+    fn added(&self) -> &FittedEffect {
+        let last = self.known.effects.last();
+        last.expect("an effect was added")
+    }
+}
+
+/// The effects that bring most, once their parameters are refined, of those that bring more than
+/// chance would; best first. A form's strength is that of a small effect: how much of a large one it
+/// carries says little about what the refined effect does.
+fn refined(
     balance: &Balance,
     (known, solved): (&Knowledge, &Solved),
     gains: &[BalanceGain],
     forms: &[CatalogueDirection],
-) -> Result<Option<Extended>, DiagnoseError> {
+) -> Result<Vec<Extended>, DiagnoseError> {
     let has_held_out = !balance.held_out.runs.is_empty();
     let most = gains.first().map_or(0.0, BalanceGain::total);
     let rivals = gains.iter().take(MAX_REFINED_RIVALS);
-    let mut best: Option<Extended> = None;
+    let mut out: Vec<Extended> = Vec::new();
     for gain in rivals.filter(|g| g.total() > RIVAL_MIN_SHARE * most) {
         let form = &forms[gain.form];
-        let added = FittedEffect {
-            effect: form.effect(gain.theta),
-            free: form.free.clone(),
-            bounds: bounds(form, forms),
-        };
         let mut trial = known.clone();
-        trial.effects.push(added.clone());
+        trial.effects.push(fitted_effect(form, gain.theta, forms));
         let next = balance.refine(&mut trial)?;
         let (before, after) = (solved.chi2(), next.chi2());
-        let gain = (before.train - after.train, before.held_out - after.held_out);
+        let fall = (before.train - after.train, before.held_out - after.held_out);
         let excess = (after.train_per_row(), after.held_out_per_row());
-        let sum = |e: &Extended| e.gain.0 + e.gain.1;
-        if is_significant(gain, excess, has_held_out)
-            && best.as_ref().is_none_or(|b| gain.0 + gain.1 > sum(b))
-        {
-            best = Some(Extended {
+        if is_significant(fall, excess, has_held_out) {
+            out.push(Extended {
                 known: trial,
                 solved: next,
-                added,
-                gain,
+                form: gain.form,
+                gain: fall,
             });
         }
     }
-    Ok(best)
+    let sum = |e: &Extended| e.gain.0 + e.gain.1;
+    out.sort_by(|a, b| sum(b).total_cmp(&sum(a)));
+    Ok(out)
 }
 
 /// The recordings with their windows, and what is known at first.
@@ -295,7 +352,7 @@ fn prepare(
 fn asked_forms(
     workspace: &Workspace,
     model: &Model,
-    options: &DiagnoseOptions,
+    asked: &dyn Fn(&EffectSpec) -> bool,
 ) -> Vec<CatalogueDirection> {
     let parts = || workspace.train.parts.iter();
     let heights = parts().flat_map(|p| &p.recording.proof_mass);
@@ -308,6 +365,6 @@ fn asked_forms(
     let scale = Scale::new(model, length.max(f64::MIN_POSITIVE), interval);
     let mut all = catalogue_directions(model, &scale);
     let own = |f: &CatalogueDirection| model.effects.iter().any(|e| e.spec == f.spec);
-    all.retain(|f| options.asks(f.spec.id) && !own(f));
+    all.retain(|f| asked(f.spec) && !own(f));
     all
 }

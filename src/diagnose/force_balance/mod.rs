@@ -23,5 +23,5 @@ mod test_function;
 mod tests;
 mod windows;
 
-pub use self::analysis::{BalancedEffect, ForceBalance, force_balance};
+pub use self::analysis::{BalanceRival, BalancedEffect, ForceBalance, force_balance, rivals};
 pub use self::selection::BalanceChi2;

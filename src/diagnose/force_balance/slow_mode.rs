@@ -37,6 +37,26 @@ impl SlowMode {
         })
     }
 
+    /// `model`, whose slowest mode was `from`, with this one in its place.
+    pub fn tuned(&self, model: &Model, from: &Self) -> Model {
+        use crate::model::parameter::ParameterId as P;
+        let mut tuned = model.clone();
+        if let (Some(new), Some(old)) = (self.frequency(), from.frequency())
+            && new > 0.0
+            && old > 0.0
+        {
+            tuned
+                .parameters
+                .set(P::F1, model.parameters[P::F1] * new / old);
+            tuned.parameters.set(P::Zeta1, 0.5 * self.damping / new);
+        }
+        if model.piezo.is_some() && from.drive != 0.0 {
+            let eta = model.parameters[P::Eta] * self.drive / from.drive;
+            tuned.parameters.set(P::Eta, eta);
+        }
+        tuned
+    }
+
     /// Angular frequency \[1/s\], if it swings.
     pub fn frequency(&self) -> Option<f64> {
         self.is_sprung.then(|| self.stiffness.max(0.0).sqrt())

@@ -8,7 +8,9 @@ use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::data::level_drift;
 use crate::diagnose::options::DiagnoseError;
-use crate::diagnose::score_test::forms::{CatalogueDirection, Scale, catalogue_directions};
+use crate::diagnose::score_test::forms::{
+    CONSTANT_BOUND_FACTOR, CatalogueDirection, Scale, catalogue_directions,
+};
 use crate::diagnose::score_test::linearized::Linearized;
 use crate::diagnose::score_test::scan::{ScoreGain, ScoreScan};
 use crate::diagnose::shooting::latency::delay_absorbed_by_clocks;
@@ -24,8 +26,6 @@ const SAME_INSTANT: f64 = 1e-3;
 const MAX_START_STRENGTH: f64 = 30.0;
 /// The same for a delay, in proportion to which the readings move.
 const MAX_START_DELAY: f64 = 300.0;
-/// Factor by which constants may leave the range that was tested.
-const CONSTANT_BOUND_FACTOR: f64 = 3.0;
 
 /// The largest predicted gain among the hypotheses of an effect.
 fn best_predicted_gain(all: &[Hypothesis], spec: &EffectSpec) -> f64 {
@@ -257,7 +257,7 @@ fn is_delay(form: &CatalogueDirection) -> bool {
 
 /// The hypothesis of a catalogue direction, started at `theta` times its strength, with bounds
 /// from all forms of the effect.
-fn hypothesis_of_direction(
+pub(super) fn hypothesis_of_direction(
     form: &CatalogueDirection,
     all: &[CatalogueDirection],
     theta: f64,
@@ -273,29 +273,6 @@ fn hypothesis_of_direction(
     } else {
         theta.clamp(form.min_strength() / form.values[form.strength], most)
     };
-    let mut bounds = Vec::new();
-    if !form.signed {
-        bounds.push((form.strength_id(), (form.min_strength(), f64::INFINITY)));
-    }
-    // A slow effect that may become quick would imitate another: constants stay near the
-    // tested range.
-    let own = |i: usize| {
-        let same = all.iter().filter(|f| f.spec == form.spec);
-        same.map(move |f| f.values[i]).filter(|v| *v > 0.0)
-    };
-    for &i in form.free.iter().filter(|i| **i != form.strength) {
-        let low =
-            (own(i).fold(f64::INFINITY, f64::min) / CONSTANT_BOUND_FACTOR).max(form.min_constant);
-        let high = own(i).fold(0.0, f64::max) * CONSTANT_BOUND_FACTOR;
-        if low < high {
-            let id = format!("{}.{}", form.spec.id, form.spec.parameters[i].id);
-            bounds.push((id, (low, high)));
-        }
-    }
-    for (i, bound) in form.spec.search.bounds {
-        let id = format!("{}.{}", form.spec.id, form.spec.parameters[*i].id);
-        bounds.push((id, *bound));
-    }
     let start = form.effect(theta);
     let cold_start = form.cold_start.as_ref().map(|(values, free)| {
         let values = values.clone();
@@ -308,7 +285,7 @@ fn hypothesis_of_direction(
         free: form.free_ids(),
         cold_start,
         shape: own_ids(form.spec, form.shape),
-        bounds,
+        bounds: form.bounds(all),
         predicted_gain: gain,
         look_elsewhere: false,
         sequential_time: false,

@@ -1,11 +1,15 @@
 //! The catalogue as directions of the score test: for each effect some forms, each a direction in
 //! which the simulation would move, with the parameters that are free when it is fitted.
 
+use crate::diagnose::shooting::fitted::Bound;
 use crate::fit::problem::COORDINATE_STEP;
 use crate::fit::problem::parameter_space::linear_unit;
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, CATALOGUE, EffectSpec, FoundBy, Motion, Start, own_ids};
 use crate::model::parameter::ParameterId;
+
+/// Factor by which constants may leave the range that was tried.
+pub const CONSTANT_BOUND_FACTOR: f64 = 3.0;
 
 /// Shortest lag that a fit may reach, as a share of that of its form.
 pub const MIN_LAG_SHARE: f64 = 0.3;
@@ -73,6 +77,32 @@ impl CatalogueDirection {
     /// Ids of the fitted parameters, as `effect.parameter`.
     pub fn free_ids(&self) -> Vec<String> {
         own_ids(self.spec, &self.free)
+    }
+
+    /// Bounds of fitted parameters, from `all` forms of the effect. A slow effect that may become
+    /// quick would imitate another, and an attraction that reaches farther than the mass moves a
+    /// spring: constants stay near the range that was tried.
+    pub fn bounds(&self, all: &[Self]) -> Vec<Bound> {
+        let id = |i: usize| format!("{}.{}", self.spec.id, self.spec.parameters[i].id);
+        let mut bounds = Vec::new();
+        if !self.signed {
+            bounds.push((self.strength_id(), (self.min_strength(), f64::INFINITY)));
+        }
+        let own = |i: usize| {
+            let same = all.iter().filter(|f| f.spec == self.spec);
+            same.map(move |f| f.values[i]).filter(|v| *v > 0.0)
+        };
+        for &i in self.free.iter().filter(|i| **i != self.strength) {
+            let low = own(i).fold(f64::INFINITY, f64::min) / CONSTANT_BOUND_FACTOR;
+            let low = low.max(self.min_constant);
+            let high = own(i).fold(0.0, f64::max) * CONSTANT_BOUND_FACTOR;
+            if low < high {
+                bounds.push((id(i), (low, high)));
+            }
+        }
+        let searched = self.spec.search.bounds.iter();
+        bounds.extend(searched.map(|(i, bound)| (id(*i), *bound)));
+        bounds
     }
 }
 

@@ -2,14 +2,16 @@
 //! fit or, where that has lost track, from a cold start, and tested on the held-out recordings.
 
 use super::refit::{
-    MAX_FIT_STEPS, alternative_hypotheses, best_start_on_subset, fit_cold_start, fit_from,
-    fit_of_required_effect, fit_warm_start, with_fixed_constants,
+    MAX_FIT_STEPS, alternative_hypotheses, best_start_on_subset, cold_hypothesis,
+    evaluate_from_scratch, fit_cold_start, fit_from, fit_warm_start, selected_parameters,
+    with_fixed_constants,
 };
 use crate::diagnose::comparison::hypothesis::Hypothesis;
 use crate::diagnose::comparison::trial::{CandidateFit, CandidateScore, ModelState};
 use crate::diagnose::hypotheses::level_step_time;
 use crate::diagnose::hypotheses::propose::propose;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
+use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{MIN_SHARE_OF_BEST, REFIT_MIN_SCORE, SEARCHED_REFIT_MIN_SCORE};
 use crate::model::Model;
@@ -33,33 +35,12 @@ pub fn evaluate_hypotheses(
 ) -> Result<Vec<CandidateScore>, DiagnoseError> {
     about("scan of the catalogue", 0.0);
     let asked = |spec: &EffectSpec| is_candidate(state, options, only, spec);
-    let mut hypotheses = propose(workspace, state, &asked)?;
-    hypotheses.sort_by(|a, b| b.predicted_gain.total_cmp(&a.predicted_gain));
-    for h in &hypotheses {
-        let start = &h.start;
-        log::debug!(
-            "{} predicts {:.1} at {:?}",
-            start.spec.id,
-            h.predicted_gain,
-            start.values
-        );
-    }
+    let hypotheses = hypotheses(workspace, state, &asked, control)?;
     let mut out: Vec<CandidateScore> = Vec::new();
     let mut best = 0.0f64;
     let mut cold_start_tried = false;
-    // The required effect comes first, whatever its predicted gain where clocks have absorbed
-    // it.
-    if let Some(known) = workspace
-        .required_effect
-        .as_ref()
-        .filter(|_| state.named.is_empty())
-    {
-        let is_known = |h: &Hypothesis| h.start.spec == known.start.spec;
-        hypotheses.sort_by_key(|h| !is_known(h));
-        hypotheses.dedup_by(|later, earlier| is_known(later) && is_known(earlier));
-    }
     let count = hypotheses.len().clamp(1, MAX_REFITS);
-    for hypothesis in hypotheses {
+    for (hypothesis, cold_fit) in hypotheses {
         let same = |w: &CandidateScore| w.spec == hypothesis.start.spec;
         let known = out.iter().position(same);
         let k = known.unwrap_or(out.len());
@@ -72,7 +53,7 @@ pub fn evaluate_hypotheses(
         };
         let worth = hypothesis.predicted_gain > least
             && hypothesis.predicted_gain > MIN_SHARE_OF_BEST * best;
-        let worth = worth || only.is_some();
+        let worth = worth || only.is_some() || cold_fit.is_some();
         let mut trial = None;
         if k < MAX_REFITS && worth && !control.cancelled() {
             about(
@@ -85,7 +66,11 @@ pub fn evaluate_hypotheses(
             let is_in_flight = !hypothesis.start.spec.is_level_step();
             let cold_start = !cold_start_tried && state.named.is_empty() && is_in_flight;
             cold_start_tried |= cold_start;
-            trial = refit_hypothesis(workspace, state, &hypothesis, cold_start, control)?;
+            let own = hypothesis.clone();
+            trial = match cold_fit {
+                Some(fit) => Some(evaluate_from_scratch(workspace, state, own, fit, control)?),
+                None => refit_hypothesis(workspace, state, &hypothesis, cold_start, control)?,
+            };
             best = trial.as_ref().map_or(best, |t| best.max(t.gain));
         }
         let own = CandidateScore {
@@ -105,6 +90,52 @@ pub fn evaluate_hypotheses(
             None => out.push(own),
         }
     }
+    Ok(out)
+}
+
+/// The hypotheses on what `state` lacks, the most promising first: those that were fitted from a cold
+/// start, with their fits, and the scan of the catalogue unless the fit has gone astray for lack of
+/// those.
+fn hypotheses(
+    workspace: &Workspace,
+    state: &ModelState,
+    asked: &dyn Fn(&EffectSpec) -> bool,
+    control: &DiagnoseControl<'_>,
+) -> Result<Vec<(Hypothesis, Option<Fitted>)>, DiagnoseError> {
+    let astray = state.train.is_lost() && !state.misread;
+    let cold = if state.named.is_empty() {
+        let all = workspace.cold_fits().filter(|k| asked(k.start.spec));
+        all.cloned().collect()
+    } else if astray {
+        let (free, bounds) = selected_parameters(state);
+        workspace.guided_fits(&state.train.model, (&free, &bounds), asked, control)?
+    } else {
+        Vec::new()
+    };
+    // What is linearised far from the recordings says nothing.
+    let mut scanned = if astray && !cold.is_empty() {
+        Vec::new()
+    } else {
+        propose(workspace, state, asked)?
+    };
+    scanned.sort_by(|a, b| b.predicted_gain.total_cmp(&a.predicted_gain));
+    for h in &scanned {
+        let start = &h.start;
+        log::debug!(
+            "{} predicts {:.1} at {:?}",
+            start.spec.id,
+            h.predicted_gain,
+            start.values
+        );
+    }
+    let mut out = Vec::new();
+    for known in cold {
+        let own = scanned.iter().filter(|h| h.start.spec == known.start.spec);
+        let predicted = own.fold(0.0, |most: f64, h| most.max(h.predicted_gain));
+        out.push((cold_hypothesis(&known, predicted), Some(known.fitted)));
+        scanned.retain(|h| h.start.spec != known.start.spec);
+    }
+    out.extend(scanned.into_iter().map(|h| (h, None)));
     Ok(out)
 }
 
@@ -137,9 +168,6 @@ fn refit_hypothesis(
     cold_start: bool,
     control: &DiagnoseControl<'_>,
 ) -> Result<Option<CandidateFit>, DiagnoseError> {
-    if let Some(trial) = fit_of_required_effect(workspace, state, hypothesis, control)? {
-        return Ok(Some(trial));
-    }
     // A further mode starts from the residuals of a fit.
     let further = hypothesis.start.spec.adds_modes();
     let astray = cold_start && !state.misread && !further && state.train.is_lost();

@@ -3,7 +3,7 @@
 
 use super::evaluate::{evaluate_hypotheses, is_candidate};
 use super::law_shape::{drop_second_time_constant, with_shape_parameters};
-use super::stopping::{cannot_reach_target, is_form_error};
+use super::stopping::is_form_error;
 use super::{choose, prune, self_ringing};
 use crate::diagnose::comparison::significance;
 use crate::diagnose::comparison::trial::{
@@ -153,9 +153,9 @@ fn search_forward(
             report(detail, (round as f64 + share) / rounds as f64);
         };
         let only = options.by_hand.as_ref().map(|ids| ids[round].as_str());
-        // No effect could bring enough to be named, or all together would not suffice.
+        // No effect could bring enough to be named.
         let little = state.most_left() < FURTHER_MIN_SHARE * state.explained();
-        if only.is_none() && (little || cannot_reach_target(&state, rounds - round)?) {
+        if only.is_none() && little {
             break;
         }
         let mut round_scores =

@@ -5,7 +5,7 @@ use crate::diagnose::comparison::trial::{CandidateFit, ModelState};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, simulated};
 use crate::diagnose::shooting::coarse_fit::SubsetFit;
-use crate::diagnose::shooting::fitted::{Bound, Fitted};
+use crate::diagnose::shooting::fitted::{Bound, Fitted, RequiredEffect};
 use crate::diagnose::shooting::local_fit::mode_count;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::model::{Model, with_effect};
@@ -97,30 +97,20 @@ fn gains_on_all_segments(
     Ok((gain(&workspace.train, &state.train, train)?, held_gain))
 }
 
-/// The fit with the effect without which the baseline is lost, as found by the re-tuning; `None`
-/// for other hypotheses or once an effect is named.
-pub(crate) fn fit_of_required_effect(
-    workspace: &Workspace,
-    state: &ModelState,
-    hypothesis: &Hypothesis,
-    control: &DiagnoseControl<'_>,
-) -> Result<Option<CandidateFit>, DiagnoseError> {
-    let known = workspace
-        .required_effect
-        .as_ref()
-        .filter(|_| state.named.is_empty());
-    let Some(known) = known.filter(|k| k.start.spec == hypothesis.start.spec) else {
-        return Ok(None);
-    };
-    let own = Hypothesis {
+/// The hypothesis of an effect that was fitted from a cold start.
+pub(crate) fn cold_hypothesis(known: &RequiredEffect, predicted_gain: f64) -> Hypothesis {
+    Hypothesis {
         start: known.start.clone(),
+        alternative_starts: Vec::new(),
         free: known.free.clone(),
-        bounds: known.bounds.clone(),
         cold_start: None,
         shape: known.shape.clone(),
-        ..hypothesis.clone()
-    };
-    evaluate_from_scratch(workspace, state, own, known.fitted.clone(), control).map(Some)
+        bounds: known.bounds.clone(),
+        predicted_gain,
+        look_elsewhere: false,
+        sequential_time: false,
+        estimated_on_held_out: None,
+    }
 }
 
 /// `model`, which has the effect of a hypothesis already, with the values of the hypothesis for

@@ -1,7 +1,9 @@
 //! Which parameters the re-tuning of the baseline may move, and how far.
 
 use super::fitted::Bound;
+use crate::diagnose::thresholds::KNOWN_MAX_Z;
 use crate::model::Model;
+use crate::model::preset::known_value::KnownValue;
 
 /// Largest factor by which a mode's frequency may be off.
 const MAX_FREQUENCY_FACTOR: f64 = 1.5;
@@ -63,4 +65,13 @@ pub(crate) fn structure_bounds(model: &Model) -> Vec<Bound> {
         .chain(dampings)
         .chain(shapes)
         .collect()
+}
+
+/// Bounds of what is known beforehand: a missing force must not hide in a value that is known not to
+/// be so.
+pub(crate) fn known_bounds(known: &[KnownValue]) -> impl Iterator<Item = Bound> {
+    known.iter().map(|k| {
+        let most = KNOWN_MAX_Z * k.std_error;
+        (k.id.clone(), (k.value - most, k.value + most))
+    })
 }

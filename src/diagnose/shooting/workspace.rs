@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::clock_skew::fitted_skews;
 use super::fitted::{Bound, Fitted, RequiredEffect};
-use super::free_parameters::{free_parameters, structure_bounds};
+use super::free_parameters::{free_parameters, known_bounds, structure_bounds};
 use crate::diagnose::data::event_free_segments::prepare_event_free;
 use crate::diagnose::data::noise_model;
 use crate::diagnose::data::noise_model::{ContactRecording, Noise};
@@ -53,6 +53,8 @@ pub struct Workspace {
     pub initial_model: Model,
     /// The effect found by the re-tuning without which the baseline is lost.
     pub required_effect: Option<Arc<RequiredEffect>>,
+    /// Fits with other effects in its place.
+    pub rival_effects: Arc<Vec<RequiredEffect>>,
     pub(crate) bounds: Vec<Bound>,
     pub(crate) options: FitOptions,
 }
@@ -89,7 +91,12 @@ impl Workspace {
             tolerance: options.tolerance,
             ..crate::sim::Options::default()
         };
-        let longest = default_length(&StretchSimulator::new(model, &simulation)?, lone);
+        // Without a ground nothing ends a flight: what a law does to the whole run counts.
+        let longest = if model.has_ground {
+            default_length(&StretchSimulator::new(model, &simulation)?, lone)
+        } else {
+            f64::INFINITY
+        };
         let fit = FitOptions {
             free: free.clone(),
             known: options.choices.known.clone(),
@@ -137,9 +144,19 @@ impl Workspace {
             choices: options.choices.clone(),
             initial_model: model.clone(),
             required_effect: None,
-            bounds: structure_bounds(model),
+            rival_effects: Arc::default(),
+            bounds: structure_bounds(model)
+                .into_iter()
+                .chain(known_bounds(&options.choices.known))
+                .collect(),
             options: fit,
         })
+    }
+
+    /// Effects that were fitted from a cold start, the required one first.
+    pub fn cold_fits(&self) -> impl Iterator<Item = &RequiredEffect> {
+        let required = self.required_effect.as_deref();
+        required.into_iter().chain(self.rival_effects.iter())
     }
 
     /// Start times of the fitted recordings if all are placed one after the other, in the

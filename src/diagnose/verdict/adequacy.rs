@@ -125,20 +125,3 @@ pub fn breaks(state: &ModelState) -> Result<JoinBreaks, DiagnoseError> {
         rise: train.rise + held.rise,
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::diagnose::selection::stopping::falls_short;
-
-    #[test]
-    fn the_search_ends_when_effects_like_the_best_would_not_suffice() {
-        assert!(!falls_short(&[100.0], 2, 200.0, 0.0));
-        assert!(falls_short(&[50.0], 2, 250.0, 0.0));
-        assert!(!falls_short(&[50.0], 2, 250.0, 100.0));
-        // One more effect may be searched for, and less is missing.
-        assert!(falls_short(&[60.0, 30.0], 1, 150.0, 0.0));
-        assert!(!falls_short(&[60.0, 30.0], 1, 80.0, 0.0));
-        // Nothing was found yet.
-        assert!(!falls_short(&[], 3, 1e6, 0.0));
-    }
-}

@@ -75,6 +75,10 @@ pub static EFFECT: EffectSpec = EffectSpec {
 /// Lags and delays as shares of the time between samples. Together with a shift of the clocks a
 /// lag acts as its square.
 fn starts(motion: &Motion) -> Vec<Start> {
+    // Without a drive or a ground there is no instant that a reading could be late by.
+    if !motion.is_driven && !motion.has_ground {
+        return Vec::new();
+    }
     let lag = |share| Start::positive(&[share * motion.interval, 0.0], 0, &[0]);
     let delay = |share| Start::positive(&[0.0, share * motion.interval], 1, &[1]);
     let lags = [0.1, 0.25, 0.6, 2.0].map(lag);

@@ -1,0 +1,113 @@
+//! Fits that begin where the force balance points to. A large effect draws a fit without it far away,
+//! and whatever is linearised there is wrong; the balance needs neither.
+
+use std::sync::Arc;
+
+use crate::diagnose::force_balance::{BalanceRival, rivals};
+use crate::diagnose::options::{DiagnoseControl, DiagnoseError, simulated};
+use crate::diagnose::shooting::fitted::{Bound, Fitted, RequiredEffect};
+use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::{
+    GUIDED_MIN_CHI2, GUIDED_MIN_CHI2_RATIO, GUIDED_SUBSET_MAX_RATIO,
+};
+use crate::model::Model;
+use crate::model::effects::{EffectSpec, own_ids};
+
+/// Iterations of the fit without the effect.
+const PLAIN_STEPS: usize = 10;
+
+impl Workspace {
+    /// Fits with each of the effects that `model` lacks most by the balance of forces, from what it
+    /// says of everything else; best first. With the effect, the parameters of `own` are moved too.
+    /// Empty where the balance sees little: what is small needs no such start.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the recordings cannot be used.
+    pub(crate) fn guided_fits(
+        &self,
+        model: &Model,
+        own: (&[String], &[Bound]),
+        asked: &dyn Fn(&EffectSpec) -> bool,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Vec<RequiredEffect>, DiagnoseError> {
+        let Some((before, found)) = simulated(rivals(self, model, asked))?.flatten() else {
+            return Ok(Vec::new());
+        };
+        if before.train_per_row() < GUIDED_MIN_CHI2 {
+            return Ok(Vec::new());
+        }
+        let mut out: Vec<RequiredEffect> = Vec::new();
+        for rival in found {
+            if control.cancelled() {
+                break;
+            }
+            let least = out.iter().map(|r| r.fitted.per_value());
+            let least = least.fold(f64::INFINITY, f64::min);
+            let fitted = self.guided_fit(rival, own, GUIDED_SUBSET_MAX_RATIO * least, control)?;
+            out.extend(fitted);
+        }
+        out.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
+        Ok(out)
+    }
+
+    /// The workspace with the best of the `guided` fits as what has led the baseline astray, the others
+    /// as its rivals, and the baseline without it; `None` where the baseline does as well.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if a model cannot be simulated.
+    pub(super) fn led_astray(
+        &self,
+        guided: Vec<RequiredEffect>,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Option<(Self, Fitted)>, DiagnoseError> {
+        let mut guided = guided.into_iter();
+        let Some(best) = guided.next() else {
+            return Ok(None);
+        };
+        let mut plain = best.fitted.model.clone();
+        plain.effects.retain(|e| e.spec != best.start.spec);
+        let plain = self.fit(&plain, &[], &[], &best.fitted, PLAIN_STEPS, control);
+        let Some(plain) = simulated(plain)? else {
+            return Ok(None);
+        };
+        let ratio = plain.per_value() / best.fitted.per_value();
+        log::debug!("without {}: {:.3}", best.start.spec.id, plain.per_value());
+        if ratio < GUIDED_MIN_CHI2_RATIO {
+            return Ok(None);
+        }
+        let mut workspace = self.clone();
+        workspace.required_effect = Some(Arc::new(best));
+        workspace.rival_effects = Arc::new(guided.collect());
+        Ok(Some((workspace, plain)))
+    }
+
+    /// The fit with one of them, or `None` where it stays beyond `max_chi2` per value.
+    fn guided_fit(
+        &self,
+        rival: BalanceRival,
+        own: (&[String], &[Bound]),
+        max_chi2: f64,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Option<RequiredEffect>, DiagnoseError> {
+        let (free, bounds) = (rival.form.free_ids(), rival.bounds);
+        let all = |own: &[String]| [own, &free].concat();
+        let within = [own.1, &bounds].concat();
+        let fitted = self.fit_multistart_within(
+            &rival.model,
+            (&all(own.0), &within),
+            (false, max_chi2),
+            control,
+        );
+        let Some(fitted) = simulated(fitted)?.flatten() else {
+            return Ok(None);
+        };
+        log::debug!("guided {:?}: {:.3}", rival.effect, fitted.per_value());
+        Ok(Some(RequiredEffect {
+            shape: own_ids(rival.form.spec, rival.form.shape),
+            start: rival.effect,
+            free,
+            bounds,
+            fitted,
+        }))
+    }
+}
