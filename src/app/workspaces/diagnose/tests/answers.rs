@@ -232,7 +232,6 @@ fn a_part_is_an_answer_with_what_is_left_of_it() {
         "Left out: quadratic drag (99.9 %), 82 % of the mismatch between contacts",
         "The rest is not explained.",
         "Unknown: not in the catalogue",
-        "18 % left",
         "Quadratic drag leaves 18 % of the mismatch between contacts in single stretches",
         "depends on the displacement xp",
     ] {
