@@ -227,7 +227,7 @@ pub fn time_span(m: &Mismatch) -> String {
 pub fn share(value: f64) -> String {
     number_or_dash(value, |v| match 100.0 * v {
         p if p > 0.0 && p < 0.5 => "< 1 %".to_owned(),
-        p if p >= 99.5 && p < 100.0 => "> 99 %".to_owned(),
+        p if (99.5..100.0).contains(&p) => "> 99 %".to_owned(),
         p => format!("{p:.0} %"),
     })
 }

@@ -191,7 +191,14 @@ fn running(ui: &mut Ui, state: &mut State) {
     ui.add_space(4.0);
     heading(ui, "4  The envelope");
     match &sealed.opened {
-        Some(opened) => sealed_truth::show(ui, opened),
+        Some(opened) => {
+            let found = state.diagnosing.automatic.as_ref();
+            let said = [
+                sealed.guess.as_ref().map(Guess::verdict),
+                found.map(|answer| answer.diagnosis.verdict),
+            ];
+            sealed_truth::show(ui, opened, said);
+        }
         None => {
             let button = ui.add_enabled(found, Button::new("Open the envelope"));
             if button
