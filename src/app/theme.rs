@@ -185,6 +185,7 @@ mod tests {
                 ("second cursor", palette.cursor[1], vec![panel, plot]),
                 ("verdict, adequate", palette.release, grounds.clone()),
                 ("verdict, missing", palette.impact, grounds.clone()),
+                ("verdict, partly", palette.cursor[1], grounds.clone()),
                 ("verdict, unexplained", palette.stick, grounds.clone()),
             ]);
             for color in style::overlay_colors(dark) {

@@ -9,7 +9,7 @@ use clap::Args;
 use super::watch::watched;
 use super::{Failure, interrupt, output};
 use crate::diagnose::{DiagnoseOptions, report};
-use crate::fit::Part;
+use crate::fit::{ParameterChoices, Part};
 use crate::model::preset::Preset;
 use crate::trial::demo;
 
@@ -45,10 +45,16 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         held_out
     ));
     results.deliver();
-    let model = Preset::default().model;
+    let preset = Preset::default();
+    let options = DiagnoseOptions {
+        choices: ParameterChoices::default()
+            .resolve(&preset)
+            .context("the demo's preset")?,
+        ..DiagnoseOptions::default()
+    };
     let [train, held_out] = [recordings.train, recordings.held_out]
         .map(|side| side.into_iter().map(Part::whole).collect::<Vec<_>>());
-    let answer = watched(&model, (&train, &held_out), &DiagnoseOptions::default())?;
+    let answer = watched(&preset.model, (&train, &held_out), &options)?;
     results.add(&page, report::html(&answer));
     results.add_json(&json, &report::json(&answer));
     results.say(&report::text(&answer));

@@ -12,8 +12,7 @@ use super::output::Results;
 use super::watch::watched;
 use super::{Failure, interrupt, output, terminal, wrong_command};
 use crate::diagnose::{DiagnoseOptions, report};
-use crate::fit::Part;
-use crate::model::Model;
+use crate::fit::{ParameterChoices, Part};
 use crate::model::preset::Preset;
 use crate::model::unit::{counted, parse_quantity};
 use crate::recording::Recording;
@@ -79,7 +78,7 @@ pub struct Arguments {
 /// [`Failure`] with the exit code; also if a trial could not be made or diagnosed.
 pub fn run(args: &Arguments) -> Result<(), Failure> {
     let settings = settings(args).map_err(wrong_command)?;
-    let model = Preset::load(&args.preset)?.model;
+    let preset = Preset::load(&args.preset)?;
     let mut results = output::ready(&[("--json", args.json.as_deref())], &[])?;
     let end = args
         .seed
@@ -92,7 +91,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
             Ok(case) => {
                 let seal = format!("seed {seed}: sealed, SHA-256 {}", case.seal());
                 say(&mut results, &seal);
-                match one(case, &model, args, seed) {
+                match one(case, &preset, args, seed) {
                     Ok((outcome, note, written)) => {
                         let line = format!("seed {seed}: {}", line(&outcome, &note));
                         say(&mut results, &line);
@@ -198,11 +197,15 @@ impl Tally {
 type Scored = (Outcome, Value, anyhow::Result<()>);
 
 /// Diagnoses one case from its recordings alone, then reads its truth and scores the diagnosis.
-fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result<Scored> {
+fn one(case: Case, preset: &Preset, args: &Arguments, seed: u64) -> anyhow::Result<Scored> {
     let own = case.preset().map(str::to_owned);
-    let model = match &own {
-        Some(text) => &Preset::parse("the preset of the trial", text)?.model,
-        None => model,
+    let preset = match &own {
+        Some(text) => &Preset::parse("the preset of the trial", text)?,
+        None => preset,
+    };
+    let options = DiagnoseOptions {
+        choices: ParameterChoices::default().resolve(preset)?,
+        ..DiagnoseOptions::default()
     };
     let (mut recordings, envelope) = case.into_parts();
     if args.shuffle {
@@ -223,7 +226,7 @@ fn one(case: Case, model: &Model, args: &Arguments, seed: u64) -> anyhow::Result
     };
     let started = Instant::now();
     let (train, held_out) = (whole(&recordings.train), whole(&recordings.held_out));
-    let answer = watched(model, (&train, &held_out), &DiagnoseOptions::default())?;
+    let answer = watched(&preset.model, (&train, &held_out), &options)?;
     if answer.cancelled {
         bail!("cancelled");
     }

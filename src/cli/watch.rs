@@ -1,5 +1,6 @@
 //! A diagnosis with its progress on standard error.
 
+use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
 use super::{interrupt, terminal};
@@ -8,7 +9,9 @@ use crate::diagnose::{
     DiagnoseControl, DiagnoseError, DiagnoseOptions, DiagnoseProgress, Diagnosis, diagnose,
 };
 use crate::fit::Part;
+use crate::fit::solve::budget::{Ending, within_budget};
 use crate::model::Model;
+use crate::model::unit::format_quantity;
 
 /// Runs a diagnosis with its progress: on a terminal one line that changes, otherwise a line for
 /// each stage. Ctrl-C ends it with what has been found so far.
@@ -36,7 +39,8 @@ pub fn watched(
     answer
 }
 
-/// Runs the force balance alone. Ctrl-C ends it with what has been found so far.
+/// Runs the force balance alone. Ctrl-C or the end of the time allowed, which is said, end it with what
+/// has been found so far.
 ///
 /// # Errors
 /// Those of the diagnosis.
@@ -45,11 +49,21 @@ pub fn watched_force_balance(
     sides: (&[Part], &[Part]),
     options: &DiagnoseOptions,
 ) -> Result<Option<ForceBalance>, DiagnoseError> {
-    let control = DiagnoseControl {
-        cancel: interrupt::flag(),
-        progress: &|_| {},
+    let work = |stop: &AtomicBool| {
+        let control = DiagnoseControl {
+            cancel: stop,
+            progress: &|_| {},
+        };
+        force_balance(model, sides, options, &control)
     };
-    force_balance(model, sides, options, &control)
+    let (found, ending) = within_budget(options.budget, interrupt::flag(), work);
+    if let Some(time) = options.budget.filter(|_| ending == Ending::OutOfTime) {
+        let time = format_quantity(time.as_secs_f64(), "s", 3);
+        terminal::warning(format!(
+            "the time of {time} was used up: these are the effects found so far"
+        ));
+    }
+    found
 }
 
 fn line(p: &DiagnoseProgress) -> String {

@@ -114,7 +114,9 @@ fn read_both_ways(
     // against it. If only the level of the ground made contact uncertain, a missing effect may have
     // raised that level: then it counts only if nothing is missing.
     let explained = match other.verdict {
-        Verdict::MissingPhysics => first_reading.alternative == ContactAmbiguity::Opposite,
+        Verdict::MissingPhysics | Verdict::PartlyExplained => {
+            first_reading.alternative == ContactAmbiguity::Opposite
+        }
         Verdict::Adequate => {
             other_reading.set_aside < first_reading.set_aside + REREAD_MAX_MORE_ASIDE
         }

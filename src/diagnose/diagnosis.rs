@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::findings::{CandidateRemark, Evidence, Finding, Remark};
 use super::packed_points;
+pub use super::quantity::Quantity;
 use crate::model::Model;
 use crate::static_text::{self, StaticText};
 
@@ -13,8 +14,10 @@ use crate::static_text::{self, StaticText};
 pub enum Verdict {
     /// The baseline, re-tuned, is at the noise floor: nothing is named.
     Adequate,
-    /// The named effects were left out.
+    /// The named effects were left out, and nothing else is seen to be missing.
     MissingPhysics,
+    /// The named effects were left out, and something remains that they do not explain.
+    PartlyExplained,
     /// Something is missing that no effect of the catalogue explains.
     Unexplained,
 }
@@ -295,11 +298,30 @@ impl NextExperiment {
     pub const DURATION: f64 = 0.2;
 }
 
+/// What the named effects do not carry. Where nothing is named, that is all of the mismatch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Remaining {
+    /// Share of the mismatch of stretches, each from a start of its own, that is left, 0 to 1.
+    pub share: f64,
+    /// The same of recordings simulated from one start to their end; `None` where contacts, joints of
+    /// the drive or the diagnosis' end do not allow that.
+    pub share_of_runs: Option<f64>,
+    /// What the mass does where most of it lies.
+    pub regime: Regime,
+    /// On what it depends, if one quantity stands out.
+    pub depends_on: Option<Quantity>,
+    /// The force that is still missing against that quantity, if it was measured.
+    pub force: Option<ForceCurve>,
+}
+
 /// A diagnosis from beginning to end.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Diagnosis {
     /// The answer.
     pub verdict: Verdict,
+    /// What the named effects do not carry; `None` where nothing is left.
+    #[serde(default)]
+    pub remaining: Option<Remaining>,
     /// The effects that were left out, largest gain first.
     pub named: Vec<NamedEffect>,
     /// Every effect that was compared, most probable first.

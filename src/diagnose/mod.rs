@@ -25,6 +25,7 @@ pub mod hypotheses;
 pub mod options;
 mod packed_points;
 pub mod pipeline;
+mod quantity;
 pub mod report;
 pub mod score_test;
 pub mod selection;

@@ -130,7 +130,7 @@ pub fn diagnose_as_read(
         choices: &workspace.choices,
         events: &events.ground,
         law_tests: &contact_laws.tests,
-        missing_curves: missing_forces.before.curves,
+        missing_forces: [&missing_forces.before, &missing_forces.after],
         proof: &proof,
         remarks,
     };

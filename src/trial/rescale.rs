@@ -70,6 +70,12 @@ impl UnitFactors {
                 }
             }
         }
+        for known in &mut other.known {
+            let factor = model.unit_of(&known.id).and_then(|unit| self.of(unit));
+            let factor = factor.unwrap_or(1.0);
+            known.value *= factor;
+            known.std_error *= factor;
+        }
         let shape = self.mass.sqrt().recip();
         for mode in &mut model.modes {
             mode.frequency /= self.time;
@@ -134,6 +140,24 @@ mod tests {
             .flat_map(|e| e.parameters.iter().map(|p| p.unit));
         for unit in own.into_iter().chain(of_effects) {
             assert!(UNITS.of(unit).is_some(), "{unit}");
+        }
+    }
+
+    #[test]
+    fn what_is_known_is_known_in_the_other_units() {
+        let acceleration = UNITS.length / (UNITS.time * UNITS.time);
+        for name in ["faller", "bouncing-ball"] {
+            let own = Preset::embedded(name).unwrap();
+            let other = UNITS.preset(&own).unwrap();
+            let [before, after] = [&own, &other].map(|p| p.known[0].clone());
+            assert_eq!(
+                (before.id.as_str(), after.id.as_str()),
+                ("gravity.g", "gravity.g")
+            );
+            let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
+            assert!(near(after.value, acceleration * before.value));
+            assert!(near(after.std_error, acceleration * before.std_error));
+            assert!(near(after.value, other.model.get("gravity.g").unwrap()));
         }
     }
 

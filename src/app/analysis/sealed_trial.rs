@@ -11,7 +11,8 @@ use super::diagnosis_answer::Answer;
 use super::job::Job;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::overlay::OverlayId;
-use crate::diagnose::Diagnosis;
+use crate::diagnose::report::words::{effect_name, listed};
+use crate::diagnose::{Diagnosis, Verdict};
 use crate::trial::score::Mark;
 use crate::trial::{Case, Class, Envelope, Mix, Recordings, Settings, StructureKind, Truth, score};
 
@@ -58,6 +59,51 @@ pub enum Guess {
     Unknown,
     /// These effects of the catalogue.
     Effects(BTreeSet<String>),
+    /// These effects and something outside the catalogue.
+    Partly(BTreeSet<String>),
+}
+
+impl Guess {
+    /// A guess of these effects, with something outside the catalogue if `and_more`; `None` of nothing
+    /// at all.
+    pub fn of(effects: BTreeSet<String>, and_more: bool) -> Option<Self> {
+        match (effects.is_empty(), and_more) {
+            (true, true) => Some(Self::Unknown),
+            (true, false) => None,
+            (false, true) => Some(Self::Partly(effects)),
+            (false, false) => Some(Self::Effects(effects)),
+        }
+    }
+
+    /// Whether something outside the catalogue is guessed, alone or with effects.
+    pub fn is_unknown_in_part(&self) -> bool {
+        matches!(self, Self::Unknown | Self::Partly(_))
+    }
+
+    /// The effects guessed.
+    pub fn effects(&self) -> BTreeSet<String> {
+        match self {
+            Self::Nothing | Self::Unknown => BTreeSet::new(),
+            Self::Effects(ids) | Self::Partly(ids) => ids.clone(),
+        }
+    }
+
+    /// The answer of a diagnosis that says the same.
+    pub fn verdict(&self) -> Verdict {
+        match self {
+            Self::Nothing => Verdict::Adequate,
+            Self::Unknown => Verdict::Unexplained,
+            Self::Effects(_) => Verdict::MissingPhysics,
+            Self::Partly(_) => Verdict::PartlyExplained,
+        }
+    }
+
+    /// In a few words.
+    pub fn text(&self) -> String {
+        let ids = self.effects();
+        let names: Vec<&str> = ids.iter().map(|id| effect_name(id)).collect();
+        in_words(self.verdict(), &names)
+    }
 }
 
 /// Trials opened so far, and how many answers were right.
@@ -255,7 +301,6 @@ pub fn is_right(mark: Mark) -> bool {
 
 /// A guess in the form that is scored.
 pub(crate) fn scored_form(guess: &Guess) -> score::Diagnosis {
-    use crate::trial::score::Verdict;
     let nowhere = score::Misfit {
         rms: f64::NAN,
         chi2: f64::NAN,
@@ -264,14 +309,10 @@ pub(crate) fn scored_form(guess: &Guess) -> score::Diagnosis {
         before: nowhere,
         after: nowhere,
     };
-    let (verdict, ids) = match guess {
-        Guess::Nothing => (Verdict::Adequate, BTreeSet::new()),
-        Guess::Unknown => (Verdict::Unexplained, BTreeSet::new()),
-        Guess::Effects(ids) => (Verdict::MissingPhysics, ids.clone()),
-    };
     score::Diagnosis {
-        verdict,
-        named: ids
+        verdict: guess.verdict(),
+        named: guess
+            .effects()
             .into_iter()
             .map(|id| score::Named {
                 id,
@@ -289,11 +330,49 @@ pub(crate) fn scored_form(guess: &Guess) -> score::Diagnosis {
 
 /// The answer of a diagnosis in a few words.
 pub fn answer_text(diagnosis: &Diagnosis) -> String {
-    use crate::diagnose::Verdict;
     let names: Vec<&str> = diagnosis.named.iter().map(|n| n.name.as_str()).collect();
-    match diagnosis.verdict {
+    in_words(diagnosis.verdict, &names)
+}
+
+/// An answer, given by a person or by the diagnosis, in a few words.
+fn in_words(verdict: Verdict, names: &[&str]) -> String {
+    match verdict {
         Verdict::Adequate => "nothing".to_owned(),
         Verdict::Unexplained => "an effect outside the catalogue".to_owned(),
-        Verdict::MissingPhysics => crate::diagnose::report::words::listed(&names),
+        Verdict::MissingPhysics => listed(names),
+        Verdict::PartlyExplained => format!("{}; something else remains", listed(names)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sealed_trial::*;
+    use crate::diagnose::report::fixture;
+
+    #[test]
+    fn guesses_and_answers_are_said_alike() {
+        let drag = || BTreeSet::from(["quadratic_drag".to_owned()]);
+        for (guess, text) in [
+            (Guess::of(drag(), false), "quadratic drag"),
+            (
+                Guess::of(drag(), true),
+                "quadratic drag; something else remains",
+            ),
+            (
+                Guess::of(BTreeSet::new(), true),
+                "an effect outside the catalogue",
+            ),
+            (Some(Guess::Nothing), "nothing"),
+        ] {
+            let guess = guess.unwrap();
+            assert_eq!(guess.text(), text);
+            assert_eq!(scored_form(&guess).verdict, guess.verdict());
+        }
+        assert_eq!(Guess::of(BTreeSet::new(), false), None);
+        assert_eq!(
+            answer_text(&fixture::partly()),
+            "quadratic drag; something else remains"
+        );
+        assert_eq!(answer_text(&fixture::adequate()), "nothing");
     }
 }

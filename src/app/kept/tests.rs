@@ -125,9 +125,10 @@ proptest! {
     #[test]
     fn a_diagnosis_comes_back_whole(
         numbers in prop::collection::vec(any_number(), 6),
-        which in 0..3_usize,
+        which in 0..4_usize,
     ) {
-        let mut d = [fixture::drag, fixture::adequate, fixture::unexplained][which]();
+        let all = [fixture::drag, fixture::adequate, fixture::partly, fixture::unexplained];
+        let mut d = all[which]();
         d.noise = numbers[0];
         d.train.after.chi2 = numbers[1];
         for strip in &mut d.strips {

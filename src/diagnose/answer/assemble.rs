@@ -6,11 +6,13 @@ use super::events_seen::{events_seen, mismatches};
 use super::named_effects::names;
 use super::next_experiment;
 use super::proof::Proof;
+use super::remaining::remaining;
 use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::contact::event_readings::Ground;
 use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::contact::nominal;
-use crate::diagnose::diagnosis::{Diagnosis, ForceCurve};
+use crate::diagnose::diagnosis::Diagnosis;
+use crate::diagnose::discrepancy::missing_force::MissingForces;
 use crate::diagnose::discrepancy::residual_map;
 use crate::diagnose::findings::Remark;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
@@ -30,8 +32,8 @@ pub struct Parts<'a> {
     pub events: &'a Ground,
     /// The last test of each contact law.
     pub law_tests: &'a [LawTest],
-    /// Forces that the baseline lacks.
-    pub missing_curves: Vec<ForceCurve>,
+    /// Forces of any form that are missing, before and with the named effects.
+    pub missing_forces: [&'a MissingForces; 2],
     /// Before and after.
     pub proof: &'a Proof,
     /// What limits the answer.
@@ -64,13 +66,15 @@ pub fn assemble(
     let mut mismatch = residual_map::mismatches(&proof.baseline.train, &before.train);
     mismatch.extend(mismatches(laws, parts.events, &found.baseline));
     let (strips, proof_of) = proof.of_recordings();
-    let mut forces = parts.missing_curves;
+    let mut forces = parts.missing_forces[0].curves.clone();
     for curve in &mut forces {
         curve.law = effect_size::law_on(curve, found, &before.train);
     }
+    let remaining = remaining(decision, proof, parts.missing_forces, control)?;
     done();
     Ok(Diagnosis {
         verdict: decision.verdict,
+        remaining,
         named,
         candidates,
         mismatch,

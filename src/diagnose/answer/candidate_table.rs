@@ -52,10 +52,10 @@ fn candidate(spec: &'static EffectSpec, decision: &Decision, test: Option<&LawTe
     };
     let named = found.state.named.iter().find(|n| n.spec == spec);
     let law = decision.contact_laws.iter().any(|t| t.id == spec.id);
-    let probability = match (named, decision.verdict) {
-        (Some(n), Verdict::MissingPhysics) => probability(n.gain.0 + n.gain.1, n.alike.len()),
-        _ if law => test.map_or(0.0, |t| probability(t.gain + t.held_gain, 0)),
-        _ => unnamed_probability(spec, found, fit, (gain, held_out_gain)),
+    let probability = match named {
+        Some(n) => probability(n.gain.0 + n.gain.1, n.alike.len()),
+        None if law => test.map_or(0.0, |t| probability(t.gain + t.held_gain, 0)),
+        None => unnamed_probability(spec, found, fit, (gain, held_out_gain)),
     };
     Candidate {
         id: spec.id.to_owned(),

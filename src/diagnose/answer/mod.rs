@@ -9,4 +9,5 @@ pub(super) mod events_seen;
 pub(crate) mod named_effects;
 pub mod next_experiment;
 pub(super) mod proof;
+pub(super) mod remaining;
 pub(super) mod systematic_error;

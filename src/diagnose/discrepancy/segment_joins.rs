@@ -105,7 +105,7 @@ pub fn join_breaks(fitted: &Fitted) -> Result<JoinBreaks, SimError> {
 }
 
 /// Two consecutive segments as one, from the state at the start of the first.
-fn joined(a: &Segment, b: &Segment) -> Segment {
+pub(super) fn joined(a: &Segment, b: &Segment) -> Segment {
     let mut both = a.clone();
     both.samples = a.samples.start..b.samples.end;
     let covered = a.pieces.last().map_or(f64::NEG_INFINITY, |p| p.start);

@@ -1,7 +1,7 @@
 //! Diagnoses made by hand, as an engine would give them.
 
 use crate::diagnose::diagnosis::*;
-use crate::diagnose::findings::{CandidateRemark, Evidence, Remark};
+use crate::diagnose::findings::{CandidateRemark, Evidence, Finding, FindingKind, Remark};
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, find};
 
@@ -34,6 +34,7 @@ pub fn drag() -> Diagnosis {
     model.effects.push(active);
     Diagnosis {
         verdict: Verdict::MissingPhysics,
+        remaining: None,
         named: vec![NamedEffect {
             id: "quadratic_drag".into(),
             name: drag.name.into(),
@@ -116,11 +117,42 @@ pub fn adequate() -> Diagnosis {
     }
 }
 
+/// Quadratic drag, and a force over the displacement that it leaves.
+pub fn partly() -> Diagnosis {
+    let mut d = drag();
+    d.verdict = Verdict::PartlyExplained;
+    d.train = both(18.7, 7.94);
+    d.held_out = both(21.9, 9.31);
+    d.findings = vec![Finding {
+        kind: FindingKind::MissingForce { over: "xp" },
+        statistic: 5210.0,
+    }];
+    d.remaining = Some(Remaining {
+        share: 0.18,
+        share_of_runs: Some(0.042),
+        regime: Regime::FarFlight,
+        depends_on: Some(Quantity::Displacement),
+        force: d.forces.pop(),
+    });
+    d.forces = forces();
+    for strip in &mut d.strips {
+        strip.after.iter_mut().for_each(|rms| *rms *= 8.0);
+    }
+    d
+}
+
 /// Something that the catalogue does not carry, with numbers that are not finite wherever
 /// there may be one, and names that must be escaped.
 pub fn unexplained() -> Diagnosis {
     let mut d = drag();
     d.verdict = Verdict::Unexplained;
+    d.remaining = Some(Remaining {
+        share: 1.0,
+        share_of_runs: None,
+        regime: Regime::NearGroundApproach,
+        depends_on: None,
+        force: None,
+    });
     d.named.clear();
     d.model = d.baseline.clone();
     d.held_out.after = d.held_out.before;

@@ -26,7 +26,9 @@ pub fn text(found: Option<&ForceBalance>) -> String {
     };
     out += "Force balance in flight, mean square in units of the noise (1: nothing is missing)\n";
     out += &format!("  as the model is: {}\n", per_row(&found.before));
-    if found.effects.is_empty() {
+    if found.candidates.is_empty() {
+        out += "No effect of the catalogue was compared.\n";
+    } else if found.effects.is_empty() {
         out += "No effect of the catalogue brings more than chance.\n";
     } else {
         out += &format!("  with what follows: {}\n", per_row(&found.after));

@@ -33,6 +33,9 @@ pub fn json(diagnosis: &Diagnosis) -> Value {
             })
         })
         .collect();
+    let remaining = diagnosis.remaining.as_ref().map(
+        |left| json!({ "share": left.share, "regime": left.regime, "depends_on": left.depends_on }),
+    );
     let next = diagnosis.next_experiment.as_ref().map(|next| {
         json!({
             "drive": next.drive,
@@ -41,6 +44,7 @@ pub fn json(diagnosis: &Diagnosis) -> Value {
     });
     json!({
         "verdict": diagnosis.verdict,
+        "remaining": remaining,
         "effects": effects,
         "candidates": candidates,
         "mismatch": mismatch,

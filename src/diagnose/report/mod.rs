@@ -8,6 +8,7 @@
 pub(crate) mod fixture;
 pub mod force_balance;
 pub mod ground;
+pub mod headline;
 mod html;
 mod json;
 pub mod rest;
@@ -18,7 +19,8 @@ mod tests;
 mod text;
 pub mod words;
 
-pub use self::words::{headline, probability, verdict_sentence};
+pub use self::headline::{headline, verdict_sentence};
+pub use self::words::probability;
 pub use html::html;
 pub use json::json;
 pub use text::text;

@@ -1,6 +1,7 @@
 //! What the named effects leave unexplained, as sentences.
 
-use super::words::listed;
+use super::headline::mismatch;
+use super::words::{capitalised, listed, share};
 use super::{sentences, words};
 use crate::diagnose::diagnosis::{Diagnosis, Distance, Regime};
 use crate::diagnose::findings::FindingKind;
@@ -57,8 +58,53 @@ pub fn places(diagnosis: &Diagnosis) -> Vec<Place> {
     all
 }
 
-/// Sentences on what remains.
+/// Sentences on what remains: how much, where and on what it depends; then what shows it.
 pub fn sentences(diagnosis: &Diagnosis) -> Vec<String> {
+    let mut out = amount(diagnosis);
+    out.extend(signs(diagnosis));
+    out
+}
+
+/// How much of the mismatch the named effects leave, where, and on what it depends.
+fn amount(d: &Diagnosis) -> Vec<String> {
+    let Some(left) = &d.remaining else {
+        return Vec::new();
+    };
+    let names: Vec<&str> = d.named.iter().map(|n| n.name.as_str()).collect();
+    let runs = left.share_of_runs.map_or_else(String::new, |s| {
+        format!(
+            " in single stretches, and {} of that of whole runs",
+            share(s)
+        )
+    });
+    let amount = match names.len() {
+        0 => None,
+        1 => Some("leaves"),
+        _ => Some("leave"),
+    };
+    let amount = amount.map(|leave| {
+        format!(
+            "{} {leave} {} of {}{runs}.",
+            capitalised(&listed(&names)),
+            share(left.share),
+            mismatch(d)
+        )
+    });
+    let what = if names.is_empty() {
+        "What is missing"
+    } else {
+        "What remains"
+    };
+    let place = format!("{what} shows most {}", left.regime.place());
+    let place = match left.depends_on {
+        Some(quantity) => format!("{place} and depends on {}.", quantity.text()),
+        None => format!("{place}; no single quantity stands out on which it depends."),
+    };
+    amount.into_iter().chain([place]).collect()
+}
+
+/// What shows that something remains.
+fn signs(diagnosis: &Diagnosis) -> Vec<String> {
     let sets = [
         ("held-out recordings", &diagnosis.held_out),
         ("the fitted recordings", &diagnosis.train),
@@ -81,7 +127,7 @@ pub fn sentences(diagnosis: &Diagnosis) -> Vec<String> {
     if out.is_empty() {
         return vec![match diagnosis.inadequacy() {
             Some(found) if found.kind == FindingKind::MeanSquare => {
-                format!("{}.", words::capitalised(&sentences::finding(found)))
+                format!("{}.", capitalised(&sentences::finding(found)))
             }
             Some(found) => format!(
                 "On average the residuals are at the noise, but {}.",
@@ -97,7 +143,7 @@ pub fn sentences(diagnosis: &Diagnosis) -> Vec<String> {
     let more = diagnosis
         .inadequacy()
         .filter(|f| f.kind != FindingKind::MeanSquare);
-    out.extend(more.map(|f| format!("{}.", words::capitalised(&sentences::finding(f)))));
+    out.extend(more.map(|f| format!("{}.", capitalised(&sentences::finding(f)))));
     let places = places(diagnosis);
     let most: Vec<String> = places
         .iter()

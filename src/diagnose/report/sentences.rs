@@ -4,6 +4,7 @@
 //! or be joined; [`capitalised`](super::words::capitalised) does the rest.
 
 use super::words::{effect_name, gain, listed};
+use crate::diagnose::diagnosis::Quantity;
 use crate::diagnose::findings::{
     CandidateRemark, Evidence, Finding, FindingKind, LawProof, Remark, RetunedParameter,
 };
@@ -18,7 +19,8 @@ pub fn finding(finding: &Finding) -> String {
             format!("the mean square of the residuals is still {value:.2} times that of the noise")
         }
         FindingKind::MissingForce { over } => {
-            let over = quantity(over);
+            let over = Quantity::of_symbol(over);
+            let over = over.map_or("displacement, velocity or voltage", Quantity::text);
             format!("a force that depends on {over} would lower chi2 by another {value:.0}")
         }
         FindingKind::LocalSegment => format!(
@@ -68,16 +70,6 @@ pub fn finding(finding: &Finding) -> String {
             format!("{} would explain {what}: too little for a name", listed(effects))
         }
         FindingKind::KnownContradicted(found) => found.text(),
-    }
-}
-
-/// What a force depends on, by the symbol of the quantity.
-fn quantity(symbol: &str) -> &'static str {
-    match symbol {
-        "xp'" => "the velocity xp'",
-        "xp" => "the displacement xp",
-        "V" => "the voltage V",
-        _ => "displacement, velocity or voltage",
     }
 }
 

@@ -1,6 +1,7 @@
 //! The three forms of a diagnosis.
 
-use super::fixture::{adequate, drag, unexplained};
+use super::fixture::{adequate, drag, partly, unexplained};
+use crate::diagnose::diagnosis::Quantity;
 use crate::diagnose::report::*;
 
 /// Whether every element of a page is closed in its turn; text between is not looked at.
@@ -50,6 +51,7 @@ fn the_value_has_the_fixed_form() {
             "fit",
             "mismatch",
             "next_experiment",
+            "remaining",
             "verdict"
         ]
     );
@@ -90,6 +92,17 @@ fn the_value_has_the_fixed_form() {
     assert_eq!(fit["noise_um"], 0.02);
     assert_eq!(keys(&value["next_experiment"]), ["drive", "separates"]);
     assert_eq!(value["next_experiment"]["separates"][1], "film_spring");
+    assert!(value["remaining"].is_null());
+    let value = json(&partly());
+    assert_eq!(value["verdict"], "partly_explained");
+    let left = &value["remaining"];
+    assert_eq!(keys(left), ["depends_on", "regime", "share"]);
+    assert_eq!(left["depends_on"], "xp");
+    assert_eq!(left["regime"], "far_flight");
+    assert_eq!(left["share"], 0.18);
+    assert_eq!(value["effects"][0]["id"], "quadratic_drag");
+    let all = Quantity::ALL.map(|quantity| serde_json::json!(quantity));
+    assert_eq!(all, ["xp", "vp", "V", "t"]);
 }
 
 #[test]
@@ -135,9 +148,44 @@ fn the_summary_says_it_in_its_first_line() {
     assert!(!summary.contains("NaN"));
 }
 
+/// The text on one line, so that breaks do not matter.
+fn flat(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn a_part_is_said_with_its_law_what_remains_and_what_to_do_next() {
+    let summary = text(&partly());
+    println!("{summary}");
+    assert!(summary.starts_with(
+        "Quadratic drag was left out. It carries 82 % of the mismatch between contacts; the rest"
+    ));
+    assert!(summary.lines().all(|line| line.chars().count() <= 120));
+    let whole = flat(&summary);
+    for part in [
+        "law: F = ",
+        "Quadratic drag leaves 18 % of the mismatch between contacts in single stretches, and 4 % of that of whole runs.",
+        "What remains shows most in far flight and depends on the displacement xp.",
+        "A force that depends on the displacement xp would lower chi2 by another 5210.",
+        "Next experiment - drive square:220Hz:8V",
+    ] {
+        assert!(whole.contains(part), "{part} in\n{summary}");
+    }
+    let mut open = partly();
+    open.next_experiment = None;
+    assert!(flat(&text(&open)).contains("record other amplitudes and frequencies"));
+    let page = html(&partly());
+    assert!(page.contains("<header class=\"partly\">"));
+    assert!(page.contains("still missing with the named effects"));
+    let said = headline(&partly());
+    println!("{said}");
+    assert!(said.starts_with("Left out: quadratic drag (99.9 %), 82 % of the mismatch"));
+    assert!(said.contains("The rest is not explained."));
+}
+
 #[test]
 fn pages_are_well_formed_whole_and_without_nan() {
-    for d in [drag(), adequate(), unexplained()] {
+    for d in [drag(), partly(), adequate(), unexplained()] {
         let page = html(&d);
         well_formed(&page).unwrap();
         for part in [
@@ -185,6 +233,7 @@ fn pages_for_a_look() {
     let folder = std::env::temp_dir();
     for (name, d) in [
         ("missing", drag()),
+        ("partly", partly()),
         ("adequate", adequate()),
         ("unexplained", unexplained()),
     ] {

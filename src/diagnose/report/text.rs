@@ -1,11 +1,13 @@
 //! The summary for the terminal.
 
+use super::headline::verdict_sentence;
 use super::words::{
-    alike, capitalised, chi2, gain, in_noise, metres, probability, share, size, time_span,
-    verdict_sentence, with_error, would_distinguish,
+    alike, capitalised, chi2, gain, in_noise, metres, no_experiment, probability, share, size,
+    time_span, with_error, would_distinguish,
 };
 use super::{rest, sentences};
 use crate::diagnose::diagnosis::{BeforeAfter, Diagnosis, Verdict};
+use crate::model::effects::find;
 
 /// Places of mismatch that are listed.
 const MAX_PLACES: usize = 6;
@@ -41,6 +43,9 @@ pub fn text(diagnosis: &Diagnosis) -> String {
             would_distinguish(next),
             gain(next.expected)
         ));
+    } else if diagnosis.remaining.is_some() {
+        out.head("Next experiment");
+        out.item(no_experiment(diagnosis));
     }
     out.text
 }
@@ -60,6 +65,9 @@ fn what(out: &mut Lines, diagnosis: &Diagnosis) {
             .map(|p| vec![p.id.clone(), with_error(p)])
             .collect();
         out.table(&rows, &[]);
+        if let Some(spec) = find(&effect.id) {
+            out.item(&format!("law: {}", spec.law));
+        }
         let evidence = effect.evidence.iter().map(sentences::evidence);
         for sentence in evidence.chain(alike(&effect.alike)) {
             out.item(&sentence);

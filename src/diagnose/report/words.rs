@@ -1,7 +1,7 @@
 //! Sentences and numbers that the summary and the page share.
 
 use crate::diagnose::diagnosis::{
-    Candidate, Diagnosis, Estimate, Mismatch, NextExperiment, Regime, Verdict,
+    Candidate, Diagnosis, Estimate, Mismatch, NextExperiment, Quantity, Regime, Verdict,
 };
 use crate::model::effects::find;
 use crate::model::unit::{format_number, format_quantity, prefix_for};
@@ -18,94 +18,42 @@ impl Regime {
             Self::Release => "release",
         }
     }
-}
 
-/// The verdict in one sentence.
-pub fn verdict_sentence(diagnosis: &Diagnosis) -> String {
-    match diagnosis.verdict {
-        Verdict::Adequate => {
-            "Nothing was left out: the re-tuned model explains the recordings down to their noise."
-                .to_owned()
-        }
-        Verdict::MissingPhysics => {
-            let names: Vec<&str> = diagnosis.named.iter().map(|n| n.name.as_str()).collect();
-            let verb = if names.len() == 1 { "was" } else { "were" };
-            format!("{} {verb} left out.", capitalised(&listed(&names)))
-        }
-        Verdict::Unexplained => {
-            let place = diagnosis.mismatch.first().map_or_else(String::new, |m| {
-                format!(" It shows most in {}, {}.", m.channel, m.regime.text())
-            });
-            format!(
-                "Something was left out, and no effect of the catalogue explains it, so nothing is named.{place}"
-            )
+    /// Where in the motion, as the end of a sentence.
+    pub fn place(self) -> &'static str {
+        match self {
+            Self::FarFlight => "in far flight",
+            Self::NearGroundApproach => "near the ground, coming down",
+            Self::NearGroundDeparture => "near the ground, going up",
+            Self::Impact => "at impacts",
+            Self::Contact => "in contact",
+            Self::Release => "at releases",
         }
     }
 }
 
-/// Said of an answer without held-out recordings.
-const NOT_PROVED: &str = "no recordings were held out, so this is not proved";
-
-/// The answer with its proof in one or two sentences: what was left out, how probable that
-/// is, and how far the error falls on held-out recordings.
-pub fn headline(d: &Diagnosis) -> String {
-    let noise = metres(d.noise);
-    match d.verdict {
-        Verdict::Adequate => {
-            let proof = if d.has_held_out() {
-                let error = metres(d.held_out.before.rms);
-                format!("(error on held-out recordings {error}, noise {noise})")
-            } else {
-                format!("(noise {noise}); {NOT_PROVED}")
-            };
-            format!(
-                "Nothing is missing: the re-tuned model explains the recordings down to their noise {proof}."
-            )
-        }
-        Verdict::MissingPhysics => {
-            let names: Vec<String> = d
-                .named
-                .iter()
-                .map(|n| format!("{} ({})", n.name, probability(n.probability)))
-                .collect();
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            format!("Left out: {}. {}", listed(&names), change(d))
-        }
-        Verdict::Unexplained => {
-            let place = d.mismatch.first().map_or_else(String::new, |m| {
-                format!("; it shows most in {}, {}", m.channel, m.regime.text())
-            });
-            let (on, error) = if d.has_held_out() {
-                ("held-out", d.held_out.before.rms)
-            } else {
-                ("the fitted", d.train.before.rms)
-            };
-            format!(
-                "Something is missing that no effect of the catalogue explains{place}. On {on} \
-                 recordings the error is {} (noise {noise}).",
-                metres(error)
-            )
+impl Verdict {
+    /// For people.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Adequate => "adequate",
+            Self::MissingPhysics => "missing physics",
+            Self::PartlyExplained => "partly explained",
+            Self::Unexplained => "unexplained",
         }
     }
 }
 
-/// How the error changes on held-out recordings, as a sentence.
-pub fn change(d: &Diagnosis) -> String {
-    if !d.has_held_out() {
-        return format!("{}.", capitalised(NOT_PROVED));
+impl Quantity {
+    /// For people.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Displacement => "the displacement xp",
+            Self::Velocity => "the velocity xp'",
+            Self::Voltage => "the voltage V",
+            Self::Time => "time",
+        }
     }
-    let (before, after) = (d.held_out.before.rms, d.held_out.after.rms);
-    let (was, is, noise) = (metres(before), metres(after), metres(d.noise));
-    if was == is {
-        return format!(
-            "On recordings not used for fitting, the error stays at about {is} (noise {noise}). No single \
-             sample shows the effect; the statistics over all of them do."
-        );
-    }
-    let goes = if after < before { "falls" } else { "grows" };
-    format!(
-        "On recordings not used for fitting, the error {goes} from {was} to {is} (noise {noise})."
-    )
 }
 
 /// What the curves with the named effects are called.
@@ -275,9 +223,13 @@ pub fn time_span(m: &Mismatch) -> String {
     )
 }
 
-/// A share in percent.
+/// A share in percent; next to none and nearly all are not rounded to none and all.
 pub fn share(value: f64) -> String {
-    number_or_dash(value, |v| format!("{:.0} %", 100.0 * v))
+    number_or_dash(value, |v| match 100.0 * v {
+        p if p > 0.0 && p < 0.5 => "< 1 %".to_owned(),
+        p if (99.5..100.0).contains(&p) => "> 99 %".to_owned(),
+        p => format!("{p:.0} %"),
+    })
 }
 
 /// The name of the effect with this id; the id itself if there is none.
@@ -305,6 +257,21 @@ pub fn would_distinguish(next: &NextExperiment) -> String {
         name(&next.separates.0),
         name(&next.separates.1)
     )
+}
+
+/// Why no experiment is proposed.
+pub fn no_experiment(d: &Diagnosis) -> &'static str {
+    // An effect that was fitted and helps could be distinguished from another, or from nothing.
+    let helps = d.candidates.iter().any(|c| c.gain > 0.0);
+    if d.model.piezo.is_none() {
+        "This device has no drive, so no experiment can be proposed."
+    } else if d.remaining.is_some() {
+        "No drive is known that shows what remains better: record other amplitudes and frequencies."
+    } else if helps {
+        "No further recording is needed to distinguish the candidates."
+    } else {
+        "No experiment is proposed: there are no two candidates to distinguish."
+    }
 }
 
 #[cfg(test)]
@@ -356,6 +323,12 @@ mod tests {
         ] {
             assert_eq!(probability(p), text);
         }
+    }
+
+    #[test]
+    fn shares_do_not_round_to_none_or_all() {
+        let all = [0.0, 0.003, 0.18, 0.996, 1.0].map(share);
+        assert_eq!(all, ["0 %", "< 1 %", "18 %", "> 99 %", "100 %"]);
     }
 
     #[test]

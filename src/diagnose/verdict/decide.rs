@@ -112,8 +112,8 @@ pub fn decide(
     })
 }
 
-/// The verdict as a fold over the findings: names hold against what is only missing, and nothing
-/// holds against a refusal.
+/// The verdict as a fold over the findings: what is only missing takes from names that they explain
+/// everything, and nothing holds against a refusal.
 fn verdict(named: bool, findings: &[Finding]) -> Verdict {
     let at_first = if named {
         Verdict::MissingPhysics
@@ -121,10 +121,9 @@ fn verdict(named: bool, findings: &[Finding]) -> Verdict {
         Verdict::Adequate
     };
     findings.iter().fold(at_first, |verdict, finding| {
-        if finding.kind.refuses_names() || verdict == Verdict::Adequate {
-            Verdict::Unexplained
-        } else {
-            verdict
+        match (finding.kind.refuses_names(), verdict) {
+            (false, Verdict::MissingPhysics | Verdict::PartlyExplained) => Verdict::PartlyExplained,
+            (true, _) | (false, Verdict::Adequate | Verdict::Unexplained) => Verdict::Unexplained,
         }
     })
 }
@@ -241,8 +240,12 @@ mod tests {
     }
 
     #[test]
-    fn names_stand_unless_they_are_refused() {
+    fn names_stand_unless_they_are_refused_and_explain_all_unless_something_remains() {
         let missing = [finding(FindingKind::MeanSquare)];
+        let twice = [
+            finding(FindingKind::BrokenJoins),
+            finding(FindingKind::SelfRinging),
+        ];
         let refused = [
             finding(FindingKind::MeanSquare),
             finding(FindingKind::FrictionByHeight),
@@ -250,7 +253,11 @@ mod tests {
         assert_eq!(verdict(false, &[]), Verdict::Adequate);
         assert_eq!(verdict(false, &missing), Verdict::Unexplained);
         assert_eq!(verdict(true, &[]), Verdict::MissingPhysics);
-        assert_eq!(verdict(true, &missing), Verdict::MissingPhysics);
+        assert_eq!(verdict(true, &missing), Verdict::PartlyExplained);
+        assert_eq!(verdict(true, &twice), Verdict::PartlyExplained);
+        assert_eq!(verdict(false, &twice), Verdict::Unexplained);
         assert_eq!(verdict(true, &refused), Verdict::Unexplained);
+        let turned = [refused[1].clone(), refused[0].clone()];
+        assert_eq!(verdict(true, &turned), Verdict::Unexplained);
     }
 }

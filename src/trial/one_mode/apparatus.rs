@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::trial::rng::TrialRng;
 
+/// Standard error with which gravity is known, as a share of it: that of the preset `faller`.
+const GRAVITY_RELATIVE_ERROR: f64 = 5e-3;
+
 /// A kind of one-mode device: what can be concealed in it, and how it is drawn.
 #[derive(Debug)]
 pub struct OneModeRig {
@@ -117,7 +120,7 @@ impl Apparatus {
     }
 
     /// The preset that a person would write for it: what is known of the device, no effect but
-    /// gravity.
+    /// gravity, which is known.
     #[must_use]
     pub fn preset(&self) -> String {
         let OneModeDevice {
@@ -149,7 +152,11 @@ impl Apparatus {
             String::new()
         };
         let effects = if gravity > 0.0 {
-            format!("\n[effects.gravity]\ng = {gravity:e}\n")
+            // A person knows where on earth it falls only roughly.
+            let error = GRAVITY_RELATIVE_ERROR * gravity;
+            format!(
+                "\n[effects.gravity]\ng = {gravity:e}\n\n[known]\n\"gravity.g\" = [{gravity:e}, {error:.1e}]\n"
+            )
         } else {
             String::new()
         };

@@ -213,9 +213,8 @@ fn presets_can_be_read_and_state_what_was_measured() {
         for seed in 0..20 {
             let apparatus = (one.draw)(&mut TrialRng::new(seed, 8));
             let preset = Preset::parse("test", &apparatus.preset());
-            let model = preset
-                .unwrap_or_else(|e| panic!("{name} {seed}: {e}"))
-                .model;
+            let preset = preset.unwrap_or_else(|e| panic!("{name} {seed}: {e}"));
+            let model = &preset.model;
             let (real, nominal) = (apparatus.device, apparatus.nominal);
             assert!((model.proof_mass / real.mass - 1.0).abs() < 0.012);
             assert!(!model.has_ground && !model.has_cantilever);
@@ -226,6 +225,9 @@ fn presets_can_be_read_and_state_what_was_measured() {
             if name == "ball" {
                 assert_eq!(model.effects[0].spec.id, "gravity");
                 assert_eq!(model.effects[0].values[0], 9.80665);
+                let known = &preset.known[0];
+                assert_eq!((known.id.as_str(), known.value), ("gravity.g", 9.80665));
+                assert!((known.value - real.gravity).abs() < known.std_error);
             }
         }
     }

@@ -3,21 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::diagnose::diagnosis;
+pub use crate::diagnose::diagnosis::Verdict;
 use crate::model::effects::{ActiveEffect, find};
-
-/// The verdict of a diagnosis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// The baseline explains the recordings.
-    Adequate,
-    /// The named effects are missing from the baseline.
-    MissingPhysics,
-    /// The named effects are missing, and something remains that they do not explain.
-    PartlyExplained,
-    /// Something is there that the catalogue does not carry.
-    Unexplained,
-}
 
 /// A parameter as stated by a diagnosis, SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -110,34 +97,6 @@ fn by_criterion(candidates: &[diagnosis::Candidate]) -> Option<String> {
     (best.0 > 0.0).then_some(best.1)
 }
 
-impl Verdict {
-    /// For people.
-    #[must_use]
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::Adequate => "adequate",
-            Self::MissingPhysics => "missing physics",
-            Self::PartlyExplained => "partly explained",
-            Self::Unexplained => "unexplained",
-        }
-    }
-}
-
-impl From<diagnosis::Verdict> for Verdict {
-    fn from(verdict: diagnosis::Verdict) -> Self {
-        // Not a match: the verdict between the named and the unexplained is the only other one.
-        if verdict == diagnosis::Verdict::Adequate {
-            Self::Adequate
-        } else if verdict == diagnosis::Verdict::MissingPhysics {
-            Self::MissingPhysics
-        } else if verdict == diagnosis::Verdict::Unexplained {
-            Self::Unexplained
-        } else {
-            Self::PartlyExplained
-        }
-    }
-}
-
 impl From<&diagnosis::NamedEffect> for Named {
     fn from(effect: &diagnosis::NamedEffect) -> Self {
         Self {
@@ -173,7 +132,7 @@ impl From<&diagnosis::BeforeAfter> for BeforeAfter {
 impl From<&diagnosis::Diagnosis> for Diagnosis {
     fn from(diagnosis: &diagnosis::Diagnosis) -> Self {
         Self {
-            verdict: diagnosis.verdict.into(),
+            verdict: diagnosis.verdict,
             named: diagnosis.named.iter().map(Named::from).collect(),
             places: diagnosis
                 .mismatch

@@ -54,6 +54,7 @@ pub fn verdict(ui: &Ui, verdict: Verdict) -> Color32 {
     match verdict {
         Verdict::Adequate => palette.release,
         Verdict::MissingPhysics => palette.impact,
+        Verdict::PartlyExplained => palette.cursor[1],
         Verdict::Unexplained => palette.stick,
     }
 }

@@ -8,8 +8,7 @@ use crate::app::flows::sealed_trial::{end, open};
 use crate::app::setup::command::Command;
 use crate::app::state::State;
 use crate::app::widgets::text::{error_color, heading, small};
-use crate::diagnose::report::words::listed;
-use crate::model::effects::{CATALOGUE, find};
+use crate::model::effects::CATALOGUE;
 use crate::model::unit::format_quantity;
 
 /// Noise levels that are offered \[m\].
@@ -160,7 +159,7 @@ fn running(ui: &mut Ui, state: &mut State) {
     let found = state.diagnosing.automatic.is_some();
     if opened || found {
         let text = match &sealed.guess {
-            Some(guess) => guess_text(guess),
+            Some(guess) => guess.text(),
             None => "none".to_owned(),
         };
         ui.label(text);
@@ -192,7 +191,14 @@ fn running(ui: &mut Ui, state: &mut State) {
     ui.add_space(4.0);
     heading(ui, "4  The envelope");
     match &sealed.opened {
-        Some(opened) => sealed_truth::show(ui, opened),
+        Some(opened) => {
+            let found = state.diagnosing.automatic.as_ref();
+            let said = [
+                sealed.guess.as_ref().map(Guess::verdict),
+                found.map(|answer| answer.diagnosis.verdict),
+            ];
+            sealed_truth::show(ui, opened, said);
+        }
         None => {
             let button = ui.add_enabled(found, Button::new("Open the envelope"));
             if button
@@ -226,11 +232,7 @@ fn guess(ui: &mut Ui, state: &mut State) {
     };
     ui.label(small("Look at the recordings in Tune or Where, then tick what you suspect.").weak());
     ui.horizontal_wrapped(|ui| {
-        for (choice, text) in [
-            (None, "no guess"),
-            (Some(Guess::Nothing), "nothing"),
-            (Some(Guess::Unknown), "not in the list"),
-        ] {
+        for (choice, text) in [(None, "no guess"), (Some(Guess::Nothing), "nothing")] {
             if ui
                 .selectable_label(sealed.guess == choice, small(text))
                 .clicked()
@@ -238,46 +240,44 @@ fn guess(ui: &mut Ui, state: &mut State) {
                 sealed.guess = choice;
             }
         }
+        // Alone it is the whole guess, with effects what they do not explain.
+        let mut on = sealed.guess.as_ref().is_some_and(Guess::is_unknown_in_part);
+        let tick = ui.toggle_value(&mut on, small("not in the list"));
+        let tick =
+            tick.on_hover_text("An effect outside the catalogue, alone or with those ticked");
+        if tick.clicked() {
+            let effects = sealed
+                .guess
+                .take()
+                .map_or_else(Default::default, |g| g.effects());
+            sealed.guess = Guess::of(effects, on);
+        }
     });
     Grid::new("guess")
         .num_columns(2)
         .spacing([10.0, 2.0])
         .show(ui, |ui| {
             for (i, spec) in CATALOGUE.iter().enumerate() {
-                let mut on =
-                    matches!(&sealed.guess, Some(Guess::Effects(ids)) if ids.contains(spec.id));
+                let mut ids = sealed
+                    .guess
+                    .as_ref()
+                    .map_or_else(Default::default, Guess::effects);
+                let mut on = ids.contains(spec.id);
                 let tick = ui.checkbox(&mut on, small(spec.name));
                 if tick.on_hover_text(spec.sentence).changed() {
-                    let mut ids = match sealed.guess.take() {
-                        Some(Guess::Effects(ids)) => ids,
-                        _ => Default::default(),
-                    };
                     if on {
                         ids.insert(spec.id.to_owned());
                     } else {
                         ids.remove(spec.id);
                     }
-                    sealed.guess = (!ids.is_empty()).then_some(Guess::Effects(ids));
+                    let and_more = sealed.guess.as_ref().is_some_and(Guess::is_unknown_in_part);
+                    sealed.guess = Guess::of(ids, and_more);
                 }
                 if i % 2 == 1 {
                     ui.end_row();
                 }
             }
         });
-}
-
-fn guess_text(guess: &Guess) -> String {
-    match guess {
-        Guess::Nothing => "nothing".to_owned(),
-        Guess::Unknown => "an effect outside the catalogue".to_owned(),
-        Guess::Effects(ids) => {
-            let names: Vec<&str> = ids
-                .iter()
-                .map(|id| find(id).map_or(id.as_str(), |spec| spec.name))
-                .collect();
-            listed(&names)
-        }
-    }
 }
 
 fn tally(ui: &mut Ui, tally: Tally) {

@@ -6,12 +6,13 @@ use eframe::egui::{RichText, Ui};
 use crate::app::analysis::sealed_trial::{Opened, is_right};
 use crate::app::plots::frame::style;
 use crate::app::widgets::text::{error_color, small};
+use crate::diagnose::Verdict;
 use crate::model::effects::find;
 use crate::trial::score::Mark;
 use crate::trial::{Class, ConcealedEffect};
 
-/// Draws the truth and the marks.
-pub fn show(ui: &mut Ui, opened: &Opened) {
+/// Draws the truth and the marks of the guess and of the diagnosis, which said these things.
+pub fn show(ui: &mut Ui, opened: &Opened, [guessed, found]: [Option<Verdict>; 2]) {
     let truth = &opened.truth;
     let text = match truth.class {
         Class::Nothing => "Nothing was concealed.",
@@ -30,8 +31,8 @@ pub fn show(ui: &mut Ui, opened: &Opened) {
             "Re-tuning the model absorbs it completely, so it cannot and need not be found",
         );
     }
-    score(ui, "You", opened.person);
-    score(ui, "The diagnosis", opened.tool);
+    score(ui, "You", opened.person, guessed);
+    score(ui, "The diagnosis", opened.tool, found);
     if opened.seal_holds {
         ui.label(small("The seal holds: the SHA-256 is the one shown at the start.").weak());
     } else {
@@ -42,7 +43,7 @@ pub fn show(ui: &mut Ui, opened: &Opened) {
     }
 }
 
-fn score(ui: &mut Ui, who: &str, mark: Option<Mark>) {
+fn score(ui: &mut Ui, who: &str, mark: Option<Mark>, said: Option<Verdict>) {
     let Some(mark) = mark else {
         ui.label(format!("{who}: no answer"));
         return;
@@ -60,7 +61,12 @@ fn score(ui: &mut Ui, who: &str, mark: Option<Mark>) {
     } else {
         ui.visuals().warn_fg_color
     };
-    ui.label(RichText::new(format!("{who}: {text}")).color(color));
+    // A mark is that of the names, whatever is said of the rest.
+    let rest = match said {
+        Some(Verdict::PartlyExplained) => "; something else was said to remain",
+        _ => "",
+    };
+    ui.label(RichText::new(format!("{who}: {text}{rest}")).color(color));
 }
 
 /// The name in the catalogue, or a description if it is not there.

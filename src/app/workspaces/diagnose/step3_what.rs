@@ -11,8 +11,8 @@ use crate::app::setup::command::Command;
 use crate::app::state::State;
 use crate::app::widgets::text::{heading, small};
 use crate::diagnose::diagnosis::Candidate;
-use crate::diagnose::findings::FindingKind;
-use crate::diagnose::report::words::{chi2, in_noise, listed};
+use crate::diagnose::findings::{Finding, FindingKind};
+use crate::diagnose::report::words::{chi2, in_noise, listed, share};
 use crate::diagnose::report::{probability, rest};
 use crate::diagnose::thresholds::CALIBRATED_PRECISION;
 use crate::diagnose::{Diagnosis, Verdict};
@@ -95,6 +95,49 @@ fn list(ui: &mut Ui, state: &mut State, answer: &Answer) {
 
 /// The rows "nothing" and "unknown".
 fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
+    for (name, row) in [
+        ("Nothing left out", nothing_row(d)),
+        ("Unknown: not in the catalogue", unknown_row(d)),
+    ] {
+        show_row(ui, name, d, &row);
+    }
+}
+
+/// One of those two answers.
+struct AnswerRow {
+    /// Length of its bar, 0 to 1.
+    share: f64,
+    /// What is written on the bar.
+    text: String,
+    /// Whether it is the answer, or part of it.
+    is_answer: bool,
+    why: String,
+}
+
+impl AnswerRow {
+    fn answer(why: String) -> Self {
+        Self {
+            share: 1.0,
+            text: "the answer".to_owned(),
+            is_answer: true,
+            why,
+        }
+    }
+
+    fn of_probability(p: f64, why: String) -> Self {
+        Self {
+            share: p,
+            text: probability(p),
+            is_answer: false,
+            why,
+        }
+    }
+}
+
+/// Probabilities that nothing is missing, and that it is another law than those named. The odds of
+/// single effects do not give a probability of "nothing": effects too small to be seen are not among
+/// them.
+fn other_probabilities(d: &Diagnosis) -> (f64, f64) {
     let best = d
         .candidates
         .iter()
@@ -104,117 +147,89 @@ fn answer_rows(ui: &mut Ui, d: &Diagnosis) {
         + d.named
             .first()
             .map_or(0.0, |n| n.probability * n.alike.len() as f64);
-    let none_probability = (1.0 - taken / CALIBRATED_PRECISION).clamp(0.0, 1.0);
+    let nothing = (1.0 - taken / CALIBRATED_PRECISION).clamp(0.0, 1.0);
     // The share of sealed trials in which the effect named was in truth another law.
-    let other_probability = (1.0 - taken - none_probability).clamp(0.0, 1.0);
-    // The odds of single effects do not give a probability of "nothing": effects too small
-    // to be seen are not among them.
-    let (nothing, text, why_nothing) = match d.verdict {
-        Verdict::Adequate => (
-            1.0,
-            "the answer".to_owned(),
+    (nothing, (1.0 - taken - nothing).clamp(0.0, 1.0))
+}
+
+fn nothing_row(d: &Diagnosis) -> AnswerRow {
+    match d.verdict {
+        Verdict::Adequate => AnswerRow::answer(
             "The re-tuned model fits the held-out recordings to within the noise, and no effect \
              improves it significantly. Effects too small for these recordings cannot be \
              ruled out."
                 .to_owned(),
         ),
-        Verdict::MissingPhysics => (
-            none_probability,
-            probability(none_probability),
+        Verdict::MissingPhysics | Verdict::PartlyExplained => AnswerRow::of_probability(
+            other_probabilities(d).0,
             format!(
                 "Without a new effect the error on held-out recordings is {}.",
                 in_noise(d.held_out.before.rms, d.noise)
             ),
         ),
-        Verdict::Unexplained => (
-            0.0,
-            probability(0.0),
-            if d.inadequacy()
-                .is_some_and(|f| matches!(f.kind, FindingKind::FailsHeldOut { .. }))
-            {
+        Verdict::Unexplained => {
+            let fails = |f: &Finding| matches!(f.kind, FindingKind::FailsHeldOut { .. });
+            let why = if d.inadequacy().is_some_and(fails) {
                 "Re-tuning alone reaches the noise. One effect improves the fit significantly, \
                  but not on held-out recordings."
-                    .to_owned()
             } else {
-                "With re-tuning alone the error stays above the noise.".to_owned()
-            },
-        ),
-    };
-    row(
-        ui,
-        "Nothing left out",
-        (nothing, &text),
-        d.verdict == Verdict::Adequate,
-        d,
-        &why_nothing,
-    );
-    let unexplained = rest::sentences(d);
-    let is_inadequate = d.inadequacy().is_some();
-    let (share, text, why) = match d.verdict {
-        Verdict::Unexplained => (
-            1.0,
-            "the answer".to_owned(),
-            format!(
-                "No effect of the catalogue explains the difference. {}",
-                unexplained.join(" ")
-            ),
-        ),
-        Verdict::MissingPhysics if is_inadequate => (
-            other_probability,
-            probability(other_probability),
-            unexplained.join(" "),
-        ),
-        Verdict::MissingPhysics => (
-            other_probability,
-            probability(other_probability),
+                "With re-tuning alone the error stays above the noise."
+            };
+            AnswerRow::of_probability(0.0, why.to_owned())
+        }
+    }
+}
+
+fn unknown_row(d: &Diagnosis) -> AnswerRow {
+    let what_remains = rest::sentences(d).join(" ");
+    match d.verdict {
+        Verdict::Unexplained => AnswerRow::answer(format!(
+            "No effect of the catalogue explains the difference. {what_remains}"
+        )),
+        Verdict::PartlyExplained => {
+            let left = d.remaining.as_ref().map_or(f64::NAN, |r| r.share);
+            AnswerRow {
+                share: if left.is_finite() { left } else { 0.0 },
+                text: format!("{} left", share(left)),
+                is_answer: true,
+                why: what_remains,
+            }
+        }
+        Verdict::MissingPhysics => AnswerRow::of_probability(
+            other_probabilities(d).1,
             format!(
                 "No difference above the noise remains. In sealed trials, however, {} of the \
                  named effects were wrong.",
                 probability(1.0 - CALIBRATED_PRECISION)
             ),
         ),
-        Verdict::Adequate => (
-            0.0,
-            "no sign of it".to_owned(),
-            "No difference above the noise remains.".to_owned(),
-        ),
-    };
-    let is_answer = d.verdict == Verdict::Unexplained;
-    row(
-        ui,
-        "Unknown: not in the catalogue",
-        (share, &text),
-        is_answer,
-        d,
-        &why,
-    );
+        Verdict::Adequate => AnswerRow {
+            share: 0.0,
+            text: "no sign of it".to_owned(),
+            is_answer: false,
+            why: "No difference above the noise remains.".to_owned(),
+        },
+    }
 }
 
-fn row(
-    ui: &mut Ui,
-    name: &str,
-    (share, text): (f64, &str),
-    is_answer: bool,
-    d: &Diagnosis,
-    why: &str,
-) {
+fn show_row(ui: &mut Ui, name: &str, d: &Diagnosis, row: &AnswerRow) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         // The width of the tick box of an effect.
         ui.add_space(ui.spacing().icon_width + 6.0);
         let (rect, _) = ui.allocate_exact_size(vec2(74.0, 17.0), Sense::hover());
-        let color = if is_answer {
+        let color = if row.is_answer {
             colors::verdict(ui, d.verdict)
         } else {
             ui.visuals().widgets.active.bg_fill
         };
-        candidate::bar(ui, rect, share, text, color);
+        candidate::bar(ui, rect, row.share, &row.text, color);
         let text = RichText::new(name);
-        let text = if is_answer { text.strong() } else { text };
-        ui.add(Label::new(text).truncate()).on_hover_text(why);
+        let text = if row.is_answer { text.strong() } else { text };
+        ui.add(Label::new(text).truncate()).on_hover_text(&row.why);
     });
-    if is_answer {
-        ui.indent(name, |ui| ui.label(small(why)));
+    if row.is_answer {
+        ui.indent(name, |ui| ui.label(small(&row.why)));
     }
 }
 

@@ -15,7 +15,9 @@ use crate::app::widgets::text::{heading, small};
 use crate::diagnose::Diagnosis;
 use crate::diagnose::diagnosis::{BeforeAfter, NextExperiment};
 use crate::diagnose::report::rest;
-use crate::diagnose::report::words::{chi2, gain, in_noise, metres, would_distinguish};
+use crate::diagnose::report::words::{
+    chi2, gain, in_noise, metres, no_experiment, would_distinguish,
+};
 use crate::model::drive::Waveform;
 use crate::trial::demo::put_in;
 
@@ -115,19 +117,6 @@ fn next(ui: &mut Ui, state: &mut State, answer: &Answer) {
     {
         state.setup.drive = DriveChoice::Waveform(drive);
         state.ask(Command::Workspace(WorkspaceId::Tune));
-    }
-}
-
-/// Why no experiment is proposed.
-fn no_experiment(d: &Diagnosis) -> &'static str {
-    // An effect that was fitted and helps could be distinguished from another, or from nothing.
-    let helps = d.candidates.iter().any(|c| c.gain > 0.0);
-    if d.model.piezo.is_none() {
-        "This device has no drive, so no experiment can be proposed."
-    } else if helps {
-        "No further recording is needed to distinguish the candidates."
-    } else {
-        "No experiment is proposed: there are no two candidates to distinguish."
     }
 }
 

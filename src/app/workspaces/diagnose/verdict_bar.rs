@@ -10,8 +10,9 @@ use crate::app::setup::command::Command;
 use crate::app::state::State;
 use crate::app::widgets::text::{error_color, small, time_left};
 use crate::diagnose::DiagnoseProgress;
-use crate::diagnose::report::words::{change, listed, metres};
-use crate::diagnose::report::{headline, sentences};
+use crate::diagnose::report::headline::{change, headline};
+use crate::diagnose::report::sentences;
+use crate::diagnose::report::words::{listed, metres};
 use crate::model::effects::find;
 
 /// Height of the strip \[points\].

@@ -7,9 +7,10 @@ mod proof;
 mod strip;
 mod what;
 
+use super::headline::verdict_sentence;
 use super::svg::escape;
 use super::words::{
-    alike, capitalised, gain, in_noise, metres, probability, size, verdict_sentence, with_error,
+    alike, capitalised, gain, in_noise, metres, no_experiment, probability, size, with_error,
     with_named, would_distinguish,
 };
 use super::{rest, sentences};
@@ -43,6 +44,7 @@ pub fn html(diagnosis: &Diagnosis) -> String {
     page.section("Proof", |page| proof::write(page, diagnosis));
     page.section("What is still not explained", |page| {
         page.list(&rest::sentences(diagnosis));
+        what::remaining(page, diagnosis);
     });
     page.section("What limits this answer", |page| {
         if diagnosis.remarks.is_empty() {
@@ -61,6 +63,7 @@ fn summary(page: &mut Page, d: &Diagnosis) {
     let kind = match d.verdict {
         Verdict::Adequate => "adequate",
         Verdict::MissingPhysics => "missing",
+        Verdict::PartlyExplained => "partly",
         Verdict::Unexplained => "unexplained",
     };
     page.raw(&format!(
@@ -163,7 +166,7 @@ fn how_much(page: &mut Page, d: &Diagnosis) {
 
 fn next(page: &mut Page, d: &Diagnosis) {
     let Some(next) = &d.next_experiment else {
-        page.paragraph("No further recording is needed to distinguish the candidates.");
+        page.paragraph(no_experiment(d));
         return;
     };
     page.raw("<p>Record the drive <code>");

@@ -35,6 +35,16 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
     page.raw("</div>\n");
 }
 
+/// Draws the force that the named effects do not carry.
+pub fn remaining(page: &mut Page, d: &Diagnosis) {
+    let left = d.remaining.as_ref().filter(|_| !d.named.is_empty());
+    let Some(curve) = left.and_then(|left| left.force.as_ref()) else {
+        return;
+    };
+    let caption = "Mean force on the proof mass that is still missing with the named effects.";
+    page.figure(&force(curve), caption);
+}
+
 fn candidates(page: &mut Page, d: &Diagnosis) {
     if d.candidates.is_empty() {
         page.paragraph("No effect was compared.");

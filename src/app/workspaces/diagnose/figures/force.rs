@@ -9,6 +9,7 @@ use crate::app::analysis::diagnosis_view::Look;
 use crate::app::widgets::text::small;
 use crate::app::workspaces::diagnose::colors;
 use crate::diagnose::Diagnosis;
+use crate::diagnose::diagnosis::ForceCurve;
 use crate::diagnose::report::ground::{Seen, law_through};
 use crate::diagnose::report::words::listed;
 
@@ -24,9 +25,15 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
     let law = format!("{}, fitted", listed(&names));
     let through = law_through(curve);
     let has_law = !through.is_empty() && !names.is_empty();
+    let left = d.remaining.as_ref().and_then(|left| left.force.as_ref());
+    let left = left.filter(|left| left.against == curve.against && !names.is_empty());
     let mut entries = vec![("measured, with standard error", colors::measured(ui))];
+    let color_left = colors::verdict(ui, d.verdict);
     if has_law {
         entries.push((law.as_str(), colors::law(ui)));
+    }
+    if left.is_some() {
+        entries.push(("still missing", color_left));
     }
     frame::legend(ui, &entries);
     if has_law {
@@ -38,14 +45,9 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
     } else {
         ui.label(small("No named effect acts as a force, so no law is drawn.").weak());
     }
-    let points: Vec<Seen> = (0..curve.at.len().min(curve.force.len()))
-        .map(|i| Seen {
-            x: curve.at[i],
-            y: curve.force[i],
-            error: curve.std_error.get(i).copied().unwrap_or(f64::NAN),
-        })
-        .collect();
-    let ends = points.iter().flat_map(|p| {
+    let points = seen(curve);
+    let left = left.map_or_else(Vec::new, seen);
+    let ends = points.iter().chain(&left).flat_map(|p| {
         let error = if p.error.is_finite() { p.error } else { 0.0 };
         [p.y - error, p.y + error]
     });
@@ -76,6 +78,12 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
         });
     }
     items.push(Item::Dots { points, color });
+    if !left.is_empty() {
+        items.push(Item::Dots {
+            points: left,
+            color: color_left,
+        });
+    }
     Figure {
         name: "missing force",
         x: Axis::holding(
@@ -90,4 +98,15 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
         items,
     }
     .show(ui);
+}
+
+/// The points of a curve with their errors.
+fn seen(curve: &ForceCurve) -> Vec<Seen> {
+    (0..curve.at.len().min(curve.force.len()))
+        .map(|i| Seen {
+            x: curve.at[i],
+            y: curve.force[i],
+            error: curve.std_error.get(i).copied().unwrap_or(f64::NAN),
+        })
+        .collect()
 }

@@ -196,7 +196,12 @@ fn an_answer_is_stated_in_a_sentence_and_opens_its_plots() {
 
 #[test]
 fn every_kind_of_answer_is_drawn_light_and_dark() {
-    for diagnosis in [fixture::drag(), fixture::adequate(), fixture::unexplained()] {
+    for diagnosis in [
+        fixture::drag(),
+        fixture::partly(),
+        fixture::adequate(),
+        fixture::unexplained(),
+    ] {
         for dark in [true, false] {
             let mut state = answered(diagnosis.clone());
             state.view.dark = dark;
@@ -218,6 +223,20 @@ fn every_kind_of_answer_is_drawn_light_and_dark() {
     ));
     let unexplained = harness(answered(fixture::unexplained()));
     assert!(says(&unexplained, "Something is missing that no effect"));
+}
+
+#[test]
+fn a_part_is_an_answer_with_what_is_left_of_it() {
+    let harness = harness_of(answered(fixture::partly()), [1920.0, 1600.0]);
+    for part in [
+        "Left out: quadratic drag (99.9 %), 82 % of the mismatch between contacts",
+        "The rest is not explained.",
+        "Unknown: not in the catalogue",
+        "Quadratic drag leaves 18 % of the mismatch between contacts in single stretches",
+        "depends on the displacement xp",
+    ] {
+        assert!(says(&harness, part), "{part}");
+    }
 }
 
 #[test]

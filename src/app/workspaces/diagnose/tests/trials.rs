@@ -77,6 +77,13 @@ fn the_truth_is_hidden_until_the_envelope_is_open() {
     harness.run_steps(4);
     let sealed = harness.state().diagnosing.trial.sealed.as_ref().unwrap();
     assert!(matches!(&sealed.guess, Some(Guess::Effects(ids)) if ids.contains("quadratic_drag")));
+    for partly in [true, false] {
+        press(&mut harness, "not in the list");
+        let sealed = harness.state().diagnosing.trial.sealed.as_ref().unwrap();
+        let guess = sealed.guess.as_ref().unwrap();
+        assert_eq!(guess.is_unknown_in_part(), partly);
+        assert!(guess.effects().contains("quadratic_drag"));
+    }
     let asked = Asked::of(&harness.state().setup, None);
     harness
         .state_mut()
