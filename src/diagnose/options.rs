@@ -18,7 +18,8 @@ pub struct DiagnoseOptions {
     pub by_hand: Option<Vec<String>>,
     /// Most effects that are named.
     pub most: usize,
-    /// Tolerance of the simulation \[m\].
+    /// Error that a step of the simulation may make, as a share of the noise of the quietest recording
+    /// \[-\].
     pub tolerance: f64,
     /// Parameters that the re-tuning may move, holds, or moves against what is known of them. With none
     /// free the model is diagnosed as it is.
@@ -33,7 +34,7 @@ impl Default for DiagnoseOptions {
             candidates: Vec::new(),
             by_hand: None,
             most: 3,
-            tolerance: 1e-11,
+            tolerance: 5e-4,
             choices: ParameterChoices::default(),
             budget: None,
         }

@@ -70,25 +70,27 @@ pub struct ContactRecording<'a> {
 /// common value too. Returns its relative standard error; infinite if there is none.
 pub fn pool_noise(estimates: &mut [(usize, &mut f64)]) -> f64 {
     let known = |sigma: f64| sigma.is_finite() && sigma > 0.0;
-    let least = estimates
-        .iter()
-        .filter(|(_, s)| known(**s))
-        .fold(f64::INFINITY, |a, (_, s)| a.min(**s));
-    let near = |sigma: f64| known(sigma) && sigma <= OWN_NOISE_MIN_RATIO * least;
+    let error_of = |samples: f64| NOISE_ESTIMATE_ERROR / samples.max(1.0).sqrt();
+    let quietest = estimates.iter().filter(|(_, s)| known(**s));
+    let quietest = quietest.min_by(|a, b| a.1.total_cmp(&*b.1));
+    let Some((own, least)) = quietest.map(|(n, s)| (*n as f64, **s)) else {
+        return f64::INFINITY;
+    };
+    // Estimates from few samples scatter by more than noises differ.
+    let near = |n: usize, sigma: f64| {
+        let scatter = COMMON_NOISE_MAX_Z * error_of(own).hypot(error_of(n as f64));
+        known(sigma) && sigma <= OWN_NOISE_MIN_RATIO.max(1.0 + scatter) * least
+    };
     let (mut sum, mut samples) = (0.0, 0.0);
-    for (n, sigma) in estimates.iter().filter(|(_, s)| near(**s)) {
+    for (n, sigma) in estimates.iter().filter(|(n, s)| near(*n, **s)) {
         sum += *n as f64 * **sigma;
         samples += *n as f64;
     }
     let common = sum / samples;
-    if !known(common) {
-        return f64::INFINITY;
-    }
-    let error_of = |samples: f64| NOISE_ESTIMATE_ERROR / samples.max(1.0).sqrt();
     for (n, sigma) in estimates {
         let error = error_of(*n as f64);
         let agrees = (**sigma / common - 1.0).abs() < COMMON_NOISE_MAX_Z * error;
-        if agrees || !near(**sigma) {
+        if agrees || !near(*n, **sigma) {
             **sigma = common;
         }
     }

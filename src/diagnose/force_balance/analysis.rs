@@ -103,7 +103,7 @@ fn analyse(
     let Some((mut balance, mut known)) = prepare(workspace, model)? else {
         return Ok(None);
     };
-    let mut solved = balance.settle_recordings(&mut known)?;
+    let mut solved = balance.settle_clocks(&mut known)?;
     let before = solved.chi2();
     log::debug!(
         "force balance: {:.3} per row of {} fitted, {:.3} of {} held out",
@@ -140,10 +140,6 @@ fn analyse(
             gain: best.gain,
         });
         (known, solved) = (best.known, best.solved);
-        if !model.has_ground {
-            // A law of displacement moves where the device seems to rest.
-            solved = balance.settle_recordings(&mut known)?;
-        }
     }
     let errors = parameter_errors(&known, &solved);
     for ((out, found), errors) in effects.iter_mut().zip(&known.effects).zip(errors) {
@@ -189,7 +185,7 @@ pub fn rivals(
         return Ok(None);
     };
     let first = known.mode;
-    let solved = balance.settle_recordings(&mut known)?;
+    let solved = balance.settle_clocks(&mut known)?;
     let forms = asked_forms(workspace, model, asked);
     let gains = best_of_each_effect(balance.gains(&known, &forms)?, &forms);
     let found = refined(&balance, (&known, &solved), &gains, &forms)?;

@@ -48,12 +48,11 @@ impl Runs {
         Self { runs, windows, w }
     }
 
-    /// Corrects each recording by so much more.
-    pub fn shift(&mut self, more: &[OwnShift]) {
+    /// Lets the drive of each recording act later by so much more \[s\].
+    pub fn delay_drives(&mut self, more: &[f64]) {
         for ((run, own), more) in self.runs.iter_mut().zip(&mut self.windows).zip(more) {
-            if *more != OwnShift::default() {
-                run.readings[0].iter_mut().for_each(|x| *x -= more.zero);
-                run.delay_drive(run.skew + more.later);
+            if *more != 0.0 {
+                run.delay_drive(run.skew + more);
                 *own = windows(run, self.w);
             }
         }
@@ -318,28 +317,18 @@ fn film_columns(equations: &Equations<'_>, model: &Model) -> Vec<Vec<f64>> {
     FILM_SHARES.map(one).into()
 }
 
-/// What a recording has of its own beside the device.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct OwnShift {
-    /// By how much its drive acts later than it was assumed to \[s\].
-    pub later: f64,
-    /// By how much it reads more where the device rests \[m\]; 0 where the ground tells.
-    pub zero: f64,
-}
-
-/// The shifts of each recording by what `solution` leaves.
+/// By how much the drive of each recording acts later than it was assumed to by what `solution` leaves
+/// \[s\].
 ///
 /// # Errors
 /// [`SimError`] if a model makes no sense.
-pub fn own_shifts(
+pub fn clock_skews(
     runs: &Runs,
     known: &Knowledge,
     solution: &Solution,
-) -> Result<Vec<OwnShift>, SimError> {
-    let is_driven = known.model.piezo.is_some();
-    let rests = known.mode.is_sprung && !known.model.has_ground;
-    if !is_driven && !rests {
-        return Ok(vec![OwnShift::default(); runs.runs.len()]);
+) -> Result<Vec<f64>, SimError> {
+    if known.model.piezo.is_none() {
+        return Ok(vec![0.0; runs.runs.len()]);
     }
     let options = Options::default();
     let mut plain = known.model.clone();
@@ -359,12 +348,8 @@ pub fn own_shifts(
             }
         }
         let own = equations.own_unknowns(&left, &acting.drive);
-        let zero = own.first().filter(|_| rests && known.mode.stiffness > 0.0);
-        OwnShift {
-            // The last one is the skew.
-            later: own.last().filter(|_| is_driven).copied().unwrap_or(0.0),
-            zero: zero.map_or(0.0, |push| push / known.mode.stiffness),
-        }
+        // The last one is the skew.
+        own.last().copied().unwrap_or(0.0)
     };
     Ok(runs.runs.par_iter().zip(&runs.windows).map(one).collect())
 }

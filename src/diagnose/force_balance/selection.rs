@@ -2,7 +2,7 @@
 //! parameters are refined together with all that is known, and the search goes on.
 
 use super::least_squares::gram::Solution;
-use super::regression::{FittedEffect, Knowledge, Regression, Runs, own_shifts, regression};
+use super::regression::{FittedEffect, Knowledge, Regression, Runs, clock_skews, regression};
 use crate::diagnose::score_test::forms::CatalogueDirection;
 use crate::diagnose::thresholds::{FORCE_BALANCE_HELD_GAIN, FORCE_BALANCE_TRAIN_GAIN};
 use crate::model::effects::ActiveEffect;
@@ -17,9 +17,9 @@ const REFINED_SHARE: f64 = 1e-4;
 /// Times that the structure and the noise that follows from it are brought up to date.
 const STRUCTURE_UPDATES: usize = 2;
 
-/// Times that clocks and zeros of the recordings are brought up to date: how a jump acts is linear in
-/// its instant for small steps of that only.
-const RECORDING_UPDATES: usize = 2;
+/// Times that the clocks of the recordings are brought up to date: how a jump acts is linear in its
+/// instant for small steps of that only.
+const CLOCK_UPDATES: usize = 2;
 
 /// Chi2 of both splits at a state of knowledge.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,16 +127,16 @@ impl Balance {
         self.solve(known, &[])
     }
 
-    /// Brings what each recording has of its own up to date, too.
+    /// Brings the clocks of all recordings up to date, too.
     ///
     /// # Errors
     /// [`SimError`] if a model makes no sense.
-    pub fn settle_recordings(&mut self, known: &mut Knowledge) -> Result<Solved, SimError> {
-        for _ in 0..RECORDING_UPDATES {
+    pub fn settle_clocks(&mut self, known: &mut Knowledge) -> Result<Solved, SimError> {
+        for _ in 0..CLOCK_UPDATES {
             let solved = self.settle(known)?;
             for side in [&mut self.train, &mut self.held_out] {
-                let more = own_shifts(side, known, &solved.solution)?;
-                side.shift(&more);
+                let later = clock_skews(side, known, &solved.solution)?;
+                side.delay_drives(&later);
             }
         }
         self.settle(known)

@@ -15,7 +15,7 @@ use crate::diagnose::data::reading_assumptions::{HOVERS_REASON, ReadingAssumptio
 use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::data::side::{Drift, Split, level_drift_of};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use crate::fit::inspect::recording_summary::summarize_with_lag;
+use crate::fit::inspect::recording_summary::{summarize, summarize_with_lag};
 use crate::fit::problem::Problem;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, default_length, prepare};
@@ -28,6 +28,10 @@ use crate::sim::StretchSimulator;
 
 /// Prior standard deviation of the skew between the clocks of voltage and readings \[s\].
 const CLOCK_SKEW_SIGMA: f64 = 5e-6;
+/// Noise of readings that show none, as a share of their largest.
+const EXACT_NOISE_SHARE: f64 = 1e-3;
+/// Tolerance of a simulation of whole runs, in that of one of segments.
+const WHOLE_RUN_TOLERANCE_SHARE: f64 = 0.04;
 /// Relative fall of the cost that an iteration must reach to be followed by another, in final
 /// fits.
 pub(crate) const FINE_TOLERANCE: f64 = 2e-6;
@@ -87,8 +91,21 @@ impl Workspace {
         let lone = train.iter().all(|p| p.recording.cantilever.is_none()) || !model.has_cantilever;
         let free = options.choices.free_ids(free_parameters(model, lone));
         // One length for all models, so that all are compared on the same segments.
+        let noises = summarize(model, train).into_iter().map(|f| f.noise.0);
+        let noise = noises.filter(|n| *n > 0.0).fold(f64::INFINITY, f64::min);
+        let all = train.iter().flat_map(|p| &p.recording.proof_mass);
+        let reach = all
+            .filter(|x| x.is_finite())
+            .fold(0.0f64, |a, x| a.max(x.abs()));
+        // Exact readings have no noise to speak of.
+        let noise = noise.clamp(EXACT_NOISE_SHARE.powi(2) * reach, EXACT_NOISE_SHARE * reach);
+        let mut tolerance = options.tolerance * noise;
+        if !model.has_ground {
+            // Errors of the steps add up over a whole run.
+            tolerance *= WHOLE_RUN_TOLERANCE_SHARE;
+        }
         let simulation = crate::sim::Options {
-            tolerance: options.tolerance,
+            tolerance,
             ..crate::sim::Options::default()
         };
         // Without a ground nothing ends a flight: what a law does to the whole run counts.
@@ -107,7 +124,7 @@ impl Workspace {
                 skew: Some(CLOCK_SKEW_SIGMA),
                 reading_lag: assumptions.latency,
             },
-            tolerance: options.tolerance,
+            tolerance,
             ..FitOptions::for_model(model)
         };
         let space = Space::new(model, &free)?;

@@ -43,6 +43,8 @@ pub struct AbstentionEvidence {
     pub vibration_gain: f64,
     /// Gains by friction that depends on the height, and by the dry friction that was named.
     pub friction_gains: (f64, f64),
+    /// Gain by all that was named.
+    pub named_gain: f64,
     /// Gains by a force of the product of both displacements, and by the named laws of
     /// displacement.
     pub product_gains: (f64, f64),
@@ -117,9 +119,13 @@ fn force_of_both_displacements(of: &AbstentionEvidence) -> Option<Finding> {
     })
 }
 
-/// Dry friction imitates a friction that depends on the load.
+/// Dry friction imitates a friction that depends on the height. Beside a stronger law that is a matter of
+/// its form.
 fn friction_by_height(of: &AbstentionEvidence) -> Option<Finding> {
-    let found = of.inadequacy.is_some() && exceeds(of.friction_gains, FRICTION_BY_HEIGHT_LIMITS);
+    let strongest = of.friction_gains.1 > 0.5 * of.named_gain;
+    let found = of.inadequacy.is_some()
+        && strongest
+        && exceeds(of.friction_gains, FRICTION_BY_HEIGHT_LIMITS);
     found.then_some(Finding {
         kind: FindingKind::FrictionByHeight,
         statistic: of.friction_gains.0,
@@ -186,6 +192,7 @@ mod tests {
             form_gain: 170.0,
             vibration_gain: 0.0,
             friction_gains: (0.0, 0.0),
+            named_gain: 2e4,
             product_gains: (0.0, 0.0),
             carried_share: 0.98,
             carried_of_segments: 0.98,

@@ -11,6 +11,7 @@ use crate::diagnose::discrepancy::segment_joins::JoinBreaks;
 use crate::diagnose::discrepancy::{law_form, probes};
 use crate::diagnose::findings::{Finding, FindingKind};
 use crate::diagnose::options::DiagnoseError;
+use crate::diagnose::score_test::basis_forces::Against;
 use crate::diagnose::shooting::fitted::{Fitted, excess_chi2};
 use crate::diagnose::thresholds::{
     ADEQUATE_MAX_CHI2, FORM_EXPLAINS_SHARE, JOINS_MAX_Z, NOISE_MAX_Z,
@@ -151,7 +152,7 @@ fn abstention_evidence(
         long_range: attraction_reaches_far(&state.train.model),
         over_displacement: missing_force
             .strongest
-            .is_some_and(|s| s.0.symbol() == "xp"),
+            .is_some_and(|s| s.0 == Against::Height),
         any_force_gain: missing_force.joint,
         form_gain,
         vibration_gain: probes::swinging_stiffness_gain(&state.train)?,
@@ -160,6 +161,7 @@ fn abstention_evidence(
             &|spec| spec.facts.friction_force.is_some(),
             probes::friction_at_height_gain,
         )?,
+        named_gain: state.named.iter().map(|n| n.gain.0).sum(),
         product_gains: probe_gains(state, &of_displacement, probes::displacement_product_gain)?,
         carried_share: carried.overall,
         carried_of_segments: carried.of_segments,

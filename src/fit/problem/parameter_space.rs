@@ -268,6 +268,9 @@ fn find(model: &Model, id: &str) -> Result<(String, ParameterSpec), FitError> {
     })
 }
 
+/// Factor by which a parameter may lie beyond its slider's range: devices differ by as much.
+const MAX_RANGE_FACTOR: f64 = 1e12;
+
 /// Unit of the coordinate of a parameter that may have either sign: a part of its range.
 pub fn linear_unit(spec: &ParameterSpec) -> f64 {
     0.1 * (spec.range.1 - spec.range.0)
@@ -291,8 +294,8 @@ fn entry(id: String, spec: ParameterSpec) -> Entry {
         _ => match spec.scale {
             Scale::Log => (
                 Coordinate::Log,
-                (1e-4 * low).max(least).ln(),
-                (1e4 * high).min(most).ln(),
+                (low / MAX_RANGE_FACTOR).max(least).ln(),
+                (high * MAX_RANGE_FACTOR).min(most).ln(),
             ),
             Scale::Linear => {
                 let unit = linear_unit(&spec);

@@ -41,7 +41,13 @@ pub static EFFECT: EffectSpec = EffectSpec {
         ..Facts::DEFAULT
     },
     search: Search {
-        found_by: FoundBy::Starts(|motion| vec![Start::positive(&[1e-3 * motion.force], 0, &[0])]),
+        found_by: FoundBy::Starts(|motion| {
+            // A free mass rubs against nothing.
+            let held = motion
+                .is_sprung
+                .then(|| Start::positive(&[1e-3 * motion.force], 0, &[0]));
+            held.into_iter().collect()
+        }),
         form_errors: |values, tolerance| {
             let force = tolerance.share * values[0];
             vec![FormError::ForceInWindows(force, Quantity::Velocity)]
