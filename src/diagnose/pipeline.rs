@@ -83,7 +83,8 @@ pub fn diagnose_as_read(
     let (workspace, uncertain) = (baseline.workspace, baseline.uncertain);
 
     stages.enter("ground", "bounces and releases", 0.3);
-    let mut events = ContactEvents::read(&workspace, &baseline.state, None, control)?;
+    let sound = sound(&workspace, &baseline.state, control)?;
+    let mut events = ContactEvents::read(&workspace, &sound, None, control)?;
 
     let first_cost = baseline.state.train.cost;
     let most = if screened.may_name { options.most } else { 0 };
@@ -153,6 +154,25 @@ pub fn diagnose_as_read(
         reading.alternative = ContactAmbiguity::HoveringIn(raised.0, raised.1);
     }
     Ok((diagnosis, reading))
+}
+
+/// The state by which events are read: with the effect for lack of which the baseline has lost its way,
+/// if it has.
+fn sound(
+    workspace: &Workspace,
+    state: &ModelState,
+    control: &DiagnoseControl<'_>,
+) -> Result<ModelState, DiagnoseError> {
+    let required = workspace.required_effect.as_ref();
+    let Some(required) = required.filter(|_| state.train.is_lost()) else {
+        return Ok(state.clone());
+    };
+    let fitted = required.fitted.clone();
+    Ok(ModelState {
+        held_out: workspace.fit_held_out(&fitted.model, (&fitted, None), control)?,
+        train: fitted,
+        ..state.clone()
+    })
 }
 
 /// What the first stage says about the way of reading.

@@ -47,9 +47,9 @@ pub const KNOWN_MAX_Z: f64 = 3.0;
 /// Chi2 per row of the balance of forces from which fits begin where it points to \[-\]. What is
 /// smaller does not lead a fit astray.
 pub const GUIDED_MIN_CHI2: f64 = 2.0;
-/// Chi2 per value of a part of the segments over the best so far up to which such a fit is completed
-/// \[-\]. Saves time.
-pub const GUIDED_SUBSET_MAX_RATIO: f64 = 3.0;
+/// What such an effect leaves over what the best one leaves up to which it is a rival \[-\], in the
+/// balance and on the part of the segments that a fit begins with. Saves time.
+pub const GUIDED_MAX_RATIO: f64 = 3.0;
 /// Chi2 per value without an effect over that with it from which the effect is taken for what has led
 /// the baseline astray \[-\]. A lesser one is found from there.
 pub const GUIDED_MIN_CHI2_RATIO: f64 = 1.2;

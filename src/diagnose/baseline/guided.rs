@@ -7,9 +7,7 @@ use crate::diagnose::force_balance::{BalanceRival, rivals};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, simulated};
 use crate::diagnose::shooting::fitted::{Bound, Fitted, RequiredEffect};
 use crate::diagnose::shooting::workspace::Workspace;
-use crate::diagnose::thresholds::{
-    GUIDED_MIN_CHI2, GUIDED_MIN_CHI2_RATIO, GUIDED_SUBSET_MAX_RATIO,
-};
+use crate::diagnose::thresholds::{GUIDED_MAX_RATIO, GUIDED_MIN_CHI2, GUIDED_MIN_CHI2_RATIO};
 use crate::model::Model;
 use crate::model::effects::{EffectSpec, own_ids};
 
@@ -37,13 +35,15 @@ impl Workspace {
             return Ok(Vec::new());
         }
         let mut out: Vec<RequiredEffect> = Vec::new();
-        for rival in found {
+        let least = found.first().map_or(0.0, |best| best.left);
+        let near = |rival: &BalanceRival| rival.left < GUIDED_MAX_RATIO * least.max(1.0);
+        for rival in found.into_iter().filter(near) {
             if control.cancelled() {
                 break;
             }
             let least = out.iter().map(|r| r.fitted.per_value());
             let least = least.fold(f64::INFINITY, f64::min);
-            let fitted = self.guided_fit(rival, own, GUIDED_SUBSET_MAX_RATIO * least, control)?;
+            let fitted = self.guided_fit(rival, own, GUIDED_MAX_RATIO * least, control)?;
             out.extend(fitted);
         }
         out.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
@@ -107,6 +107,7 @@ impl Workspace {
             start: rival.effect,
             free,
             bounds,
+            predicted_gain: rival.gain.0,
             fitted,
         }))
     }

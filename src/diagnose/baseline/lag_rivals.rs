@@ -81,6 +81,7 @@ impl Workspace {
             start,
             free,
             bounds,
+            predicted_gain: 0.0,
             fitted,
         }));
         Ok(Some((sharp, train, tau)))
@@ -139,6 +140,7 @@ impl Workspace {
                     start,
                     free,
                     bounds,
+                    predicted_gain: 0.0,
                     fitted,
                 };
                 best = Some((own, found));

@@ -72,6 +72,7 @@ impl Workspace {
             free: free.clone(),
             bounds: Vec::new(),
             shape: level_drift::shape_parameters(drift.spec, free),
+            predicted_gain: 0.0,
             fitted: with,
         };
         Ok((fitted, Some(found)))

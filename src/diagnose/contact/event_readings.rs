@@ -1,6 +1,7 @@
 //! Bounces, releases and stays as read by the model of flight, without any contact law. Contact laws
 //! are fitted to these readings afterwards.
 
+use super::free_flights;
 use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::data::side::Split;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError};
@@ -61,6 +62,25 @@ pub fn read(
 ) -> Result<Ground, DiagnoseError> {
     if !train.model.has_ground {
         return Ok(Ground::default());
+    }
+    if free_flights::is_free(&train.model) {
+        let noise = |fitted: &Fitted| fitted.problem.data.first().map_or(0.0, |d| d.sigmas.xp);
+        let read = |side: &Split, fitted: &Fitted| {
+            let mut found = ContactReadings::default();
+            found.bounces = free_flights::bounces(&side.parts, noise(fitted));
+            for b in &mut found.bounces {
+                b.error = b.error.hypot(MIN_RATIO_ERROR);
+            }
+            log::debug!("{} bounces between flights", found.bounces.len());
+            found
+        };
+        let other = workspace.held_out.as_ref().zip(held_out);
+        return Ok(Ground {
+            train: read(&workspace.train, train),
+            held_out: other.map_or_else(Default::default, |(side, fitted)| read(side, fitted)),
+            mass: 1.0 / train.model.structure().mobility(),
+            known: [None, None],
+        });
     }
     let known = |side: usize| before.and_then(|before| before.known[side].as_ref());
     let other = match (held_out, &workspace.held_out) {

@@ -6,6 +6,7 @@ pub(super) mod bounce_readings;
 pub(super) mod compliance;
 pub(super) mod decide;
 pub mod event_readings;
+pub(super) mod free_flights;
 pub(super) mod law_test;
 pub(super) mod nominal;
 pub mod restitution;

@@ -169,6 +169,8 @@ pub struct BalanceRival {
     pub effect: ActiveEffect,
     /// Falls of chi2 that it brings, on fitted and held-out recordings.
     pub gain: (f64, f64),
+    /// Chi2 per row of the fitted recordings that it leaves.
+    pub left: f64,
 }
 
 /// The effects that `model` lacks most by the balance of forces, best first, with the chi2 without
@@ -202,6 +204,7 @@ pub fn rivals(
             form,
             effect,
             gain: e.gain,
+            left: e.solved.chi2().train_per_row(),
         }
     };
     let found = found.into_iter().map(one).collect();

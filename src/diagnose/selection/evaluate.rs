@@ -131,8 +131,11 @@ fn hypotheses(
     let mut out = Vec::new();
     for known in cold {
         let own = scanned.iter().filter(|h| h.start.spec == known.start.spec);
-        let predicted = own.fold(0.0, |most: f64, h| most.max(h.predicted_gain));
-        out.push((cold_hypothesis(&known, predicted), Some(known.fitted)));
+        let mut hypothesis = cold_hypothesis(&known);
+        hypothesis.predicted_gain = own.fold(hypothesis.predicted_gain, |most, h| {
+            most.max(h.predicted_gain)
+        });
+        out.push((hypothesis, Some(known.fitted)));
         scanned.retain(|h| h.start.spec != known.start.spec);
     }
     out.extend(scanned.into_iter().map(|h| (h, None)));

@@ -98,7 +98,7 @@ fn gains_on_all_segments(
 }
 
 /// The hypothesis of an effect that was fitted from a cold start.
-pub(crate) fn cold_hypothesis(known: &RequiredEffect, predicted_gain: f64) -> Hypothesis {
+pub(crate) fn cold_hypothesis(known: &RequiredEffect) -> Hypothesis {
     Hypothesis {
         start: known.start.clone(),
         alternative_starts: Vec::new(),
@@ -106,7 +106,7 @@ pub(crate) fn cold_hypothesis(known: &RequiredEffect, predicted_gain: f64) -> Hy
         cold_start: None,
         shape: known.shape.clone(),
         bounds: known.bounds.clone(),
-        predicted_gain,
+        predicted_gain: known.predicted_gain,
         look_elsewhere: false,
         sequential_time: false,
         estimated_on_held_out: None,

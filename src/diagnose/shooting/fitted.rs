@@ -140,6 +140,8 @@ pub struct RequiredEffect {
     pub bounds: Vec<Bound>,
     /// Ids of further parameters that shape its law.
     pub shape: Vec<String>,
+    /// Fall of chi2 that was predicted of it; 0 without a prediction.
+    pub predicted_gain: f64,
     /// The fit.
     pub fitted: Fitted,
 }

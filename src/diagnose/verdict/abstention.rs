@@ -96,7 +96,7 @@ impl AbstentionEvidence {
     /// forms of that one do not bring what is missing.
     fn another_law(&self) -> bool {
         let other = self.long_range || self.form_gain < MIN_FORM_SHARE * self.any_force_gain;
-        let much = self.carried_of_segments < 1.0 - NEGLIGIBLE_SHARE;
+        let much = self.any_force_gain - self.form_gain > NEGLIGIBLE_SHARE * self.named_gain;
         much && self.of_displacement.len() == 1 && self.over_displacement && other
     }
 }

@@ -4,6 +4,7 @@ use super::abstention::{AbstentionEvidence, attraction_reaches_far, of_displacem
 use super::adequacy::{Adequacy, breaks};
 use super::known_values;
 use crate::diagnose::comparison::trial::{ModelState, SelectionResult};
+use crate::diagnose::contact::free_flights::is_free;
 use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::diagnosis::Verdict;
 use crate::diagnose::discrepancy::missing_force::MissingForces;
@@ -74,9 +75,10 @@ pub fn decide(
         may_doubt: !named && contact_laws.is_empty() && grounds.complete,
     };
     let mut findings: Vec<Finding> = adequacy.first_finding().into_iter().collect();
-    if !named && !findings.is_empty() && !grounds.by_hand {
-        // Events are read with a model of flight that does not hold. Only a compliant ground shows
-        // in the stays on it as well.
+    // Events are else read with a model of flight that does not hold.
+    let events_hold = is_free(&found.state.train.model);
+    if !named && !findings.is_empty() && !grounds.by_hand && !events_hold {
+        // Only a compliant ground shows in the stays on it as well.
         contact_laws.retain(|t| t.law() == Some(ContactLaw::Compliance));
     }
     if named && !grounds.by_hand {
@@ -99,10 +101,11 @@ pub fn decide(
     let mut refused = Vec::new();
     if findings.iter().any(|f| f.kind.refuses_names()) {
         refused.extend(found.state.named.iter().map(|n| n.spec.id));
-        refused.extend(contact_laws.iter().map(|t| t.id));
         found.state = found.baseline.clone();
-        // Events are read with a model of flight that does not hold.
-        contact_laws.clear();
+        if !events_hold {
+            refused.extend(contact_laws.iter().map(|t| t.id));
+            contact_laws.clear();
+        }
     }
     Ok(Decision {
         verdict,
