@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::findings::{CandidateRemark, Evidence, Finding, Remark};
+pub use super::force_curve::{Absorbed, BalanceCurve, BalanceForces, ForceCurve};
 use super::packed_points;
 pub use super::quantity::Quantity;
 use crate::model::Model;
@@ -141,25 +142,6 @@ pub struct Marginal {
     pub before: Vec<f64>,
     /// The same with the named effects.
     pub after: Vec<f64>,
-}
-
-/// Force that the baseline lacks, as measured, against one quantity.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ForceCurve {
-    /// What it is drawn against.
-    #[serde(deserialize_with = "static_text::one")]
-    pub against: StaticText,
-    /// SI unit of it.
-    #[serde(deserialize_with = "static_text::one")]
-    pub unit: StaticText,
-    /// Middle of each bin.
-    pub at: Vec<f64>,
-    /// Mean force on the proof mass \[N\].
-    pub force: Vec<f64>,
-    /// Its standard error \[N\].
-    pub std_error: Vec<f64>,
-    /// Force of the named effects in the same bins \[N\]; empty if none acts as a force.
-    pub law: Vec<f64>,
 }
 
 /// Residual of the proof mass over one recording, thinned for a picture.
@@ -332,6 +314,9 @@ pub struct Diagnosis {
     pub marginals: Vec<Marginal>,
     /// The force that the baseline lacks.
     pub forces: Vec<ForceCurve>,
+    /// The same by the balance of forces in flight; `None` where no flight is long enough.
+    #[serde(default)]
+    pub balance: Option<BalanceForces>,
     /// Residuals over time.
     pub strips: Vec<Strip>,
     /// Events at the ground as measured against the baseline.

@@ -21,6 +21,7 @@ pub mod diagnosis;
 pub mod discrepancy;
 pub mod findings;
 pub mod force_balance;
+mod force_curve;
 pub mod hypotheses;
 pub mod options;
 mod packed_points;

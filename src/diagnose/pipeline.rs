@@ -18,19 +18,20 @@ use super::comparison::trial::{ModelState, SelectionResult};
 use super::contact::decide::{ContactEvents, ContactLaws, Rules};
 use super::data::reading_assumptions::ContactAmbiguity;
 use super::data::screening::{ScreenedRecordings, screen};
-use super::diagnosis::{Diagnosis, Verdict};
+use super::diagnosis::{BalanceForces, Diagnosis, Verdict};
 use super::discrepancy::missing_force::{self, MissingForces};
 use super::findings::Remark;
+use super::force_balance::forces_without;
 use super::hypotheses::raised_level::raised_recordings;
 use super::hypotheses::vibration_clock::VibrationClock;
-use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, Stages};
+use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, Stages, simulated};
 use super::selection::forward;
 use super::shooting::fitted::Fitted;
 use super::shooting::workspace::Workspace;
 use super::verdict::decide::{Grounds, decide};
 use crate::fit::Part;
 use crate::model::Model;
-use crate::model::effects::base_sinusoid;
+use crate::model::effects::{EffectSpec, base_sinusoid};
 
 /// What one way of reading the recordings says about that way.
 #[derive(Debug, Clone)]
@@ -132,6 +133,7 @@ pub fn diagnose_as_read(
         events: &events.ground,
         law_tests: &contact_laws.tests,
         missing_forces: [&missing_forces.before, &missing_forces.after],
+        balance: balance_forces(&workspace, &decision.found.state)?,
         proof: &proof,
         remarks,
     };
@@ -255,6 +257,16 @@ fn measure_missing_forces(found: &SelectionResult) -> Result<MissingForceChange,
         missing_force::measure(&found.state.train)?
     };
     Ok(MissingForceChange { before, after })
+}
+
+/// The missing force by the balance of forces in flight; `None` where it cannot tell.
+fn balance_forces(
+    workspace: &Workspace,
+    state: &ModelState,
+) -> Result<Option<BalanceForces>, DiagnoseError> {
+    let named: Vec<&'static EffectSpec> = state.named.iter().map(|n| n.spec).collect();
+    let forces = forces_without(&named, &state.train.model, workspace);
+    Ok(simulated(forces)?.flatten())
 }
 
 /// Share of the rows that were set aside on the fitted recordings, plus that on held-out ones.

@@ -38,6 +38,16 @@ impl Quantity {
         }
     }
 
+    /// Its SI unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Displacement => "m",
+            Self::Velocity => "m/s",
+            Self::Voltage => "V",
+            Self::Time => "s",
+        }
+    }
+
     /// The one with this symbol.
     pub fn of_symbol(symbol: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|q| q.symbol() == symbol)

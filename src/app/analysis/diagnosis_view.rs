@@ -90,6 +90,9 @@ pub struct Look {
     /// What the missing force is drawn against.
     #[serde(deserialize_with = "static_text::optional")]
     pub force: Option<StaticText>,
+    /// Whether the missing force is that of the balance of forces in flight.
+    #[serde(default)]
+    pub by_balance: bool,
     /// What the residual is drawn against.
     #[serde(deserialize_with = "static_text::optional")]
     pub marginal: Option<StaticText>,

@@ -151,7 +151,11 @@ fn is_sound_diagnosis(d: &Diagnosis) -> bool {
     });
     let marginals =
         (d.marginals.iter()).all(|m| same(m.at.len(), &[m.before.len(), m.after.len()]));
-    let forces = d.forces.iter().all(|f| {
+    let balance = d
+        .balance
+        .iter()
+        .flat_map(|b| b.before.iter().chain(&b.after));
+    let forces = d.forces.iter().chain(balance.map(|c| &c.curve)).all(|f| {
         let count = f.at.len();
         same(count, &[f.force.len(), f.std_error.len()])
             && (f.law.is_empty() || f.law.len() == count)

@@ -11,7 +11,7 @@ use crate::diagnose::comparison::trial::ModelState;
 use crate::diagnose::contact::event_readings::Ground;
 use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::contact::nominal;
-use crate::diagnose::diagnosis::Diagnosis;
+use crate::diagnose::diagnosis::{BalanceForces, Diagnosis};
 use crate::diagnose::discrepancy::missing_force::MissingForces;
 use crate::diagnose::discrepancy::residual_map;
 use crate::diagnose::findings::Remark;
@@ -34,6 +34,8 @@ pub struct Parts<'a> {
     pub law_tests: &'a [LawTest],
     /// Forces of any form that are missing, before and with the named effects.
     pub missing_forces: [&'a MissingForces; 2],
+    /// The missing force by the force balance.
+    pub balance: Option<BalanceForces>,
     /// Before and after.
     pub proof: &'a Proof,
     /// What limits the answer.
@@ -80,6 +82,7 @@ pub fn assemble(
         mismatch,
         marginals: residual_map::marginals(&before.train, &after.train),
         forces,
+        balance: parts.balance,
         strips,
         events: events_seen(parts.events, &found.baseline, before),
         noise,

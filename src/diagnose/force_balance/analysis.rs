@@ -1,6 +1,7 @@
 //! The force balance of recordings from beginning to end.
 
 use super::measured_run::MeasuredRun;
+use super::missing_force::missing_forces;
 use super::regression::{FittedEffect, Knowledge, Runs};
 use super::selection::{
     Balance, BalanceChi2, BalanceGain, Solved, is_significant, parameter_errors,
@@ -8,6 +9,7 @@ use super::selection::{
 use super::slow_mode::SlowMode;
 use super::windows::half_width;
 use crate::diagnose::data::screening::screen;
+use crate::diagnose::diagnosis::BalanceForces;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::score_test::forms::{CatalogueDirection, Scale, catalogue_directions};
 use crate::diagnose::shooting::fitted::Bound;
@@ -67,6 +69,8 @@ pub struct ForceBalance {
     pub candidates: Vec<BalanceCandidate>,
     /// The slowest mode, with them.
     pub mode: SlowMode,
+    /// The missing force as curves, before and with the effects.
+    pub forces: BalanceForces,
 }
 
 /// The force balance of `train`, judged on `held_out`, or `None` where there is no flight to speak of.
@@ -152,7 +156,33 @@ fn analyse(
         effects,
         candidates,
         mode: known.mode,
+        forces: missing_forces(&balance, &known)?,
     }))
+}
+
+/// The missing force as curves over each quantity without and with the `named` effects of `model`, these
+/// as strong as they are in it; `None` where no flight is long enough.
+///
+/// # Errors
+/// [`DiagnoseError`] if the model makes no sense.
+pub fn forces_without(
+    named: &[&'static EffectSpec],
+    model: &Model,
+    workspace: &Workspace,
+) -> Result<Option<BalanceForces>, DiagnoseError> {
+    let mut baseline = model.clone();
+    baseline.effects.retain(|e| !named.contains(&e.spec));
+    let Some((mut balance, mut known)) = prepare(workspace, &baseline)? else {
+        return Ok(None);
+    };
+    let found = model.effects.iter().filter(|e| named.contains(&e.spec));
+    known.effects.extend(found.map(|effect| FittedEffect {
+        effect: effect.clone(),
+        free: Vec::new(),
+        bounds: Vec::new(),
+    }));
+    balance.settle_recordings(&mut known)?;
+    Ok(Some(missing_forces(&balance, &known)?))
 }
 
 /// An effect that may be missing, with everything else as the balance has settled it beside: where a

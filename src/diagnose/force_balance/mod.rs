@@ -8,13 +8,15 @@
 //!
 //! [`analysis`] has the steps in order. `slow_mode` is the equation, `windows` and `test_function` the
 //! integrals over the flights of a `measured_run`; `equations` makes rows and their noise,
-//! `regression` the columns of what is known and asked, `least_squares` solves; `selection` adds effects.
+//! `regression` the columns of what is known and asked, `least_squares` solves; `selection` adds effects;
+//! `missing_force` measures what is missing as a curve, whatever its law.
 
 mod analysis;
 mod equations;
 mod least_squares;
 mod local_polynomial;
 mod measured_run;
+mod missing_force;
 mod regression;
 mod selection;
 mod slow_mode;
@@ -23,5 +25,7 @@ mod test_function;
 mod tests;
 mod windows;
 
-pub use self::analysis::{BalanceRival, BalancedEffect, ForceBalance, force_balance, rivals};
+pub use self::analysis::{
+    BalanceRival, BalancedEffect, ForceBalance, force_balance, forces_without, rivals,
+};
 pub use self::selection::BalanceChi2;

@@ -180,7 +180,7 @@ pub fn regression(
 }
 
 /// The device with each fitted parameter of each effect varied by a step, and the steps.
-fn varied_devices(
+pub(super) fn varied_devices(
     known: &Knowledge,
     whole: &Model,
 ) -> Result<Vec<(StretchSimulator, f64)>, SimError> {
@@ -215,17 +215,21 @@ fn parameter_step(effect: &ActiveEffect, i: usize) -> f64 {
 }
 
 /// What acts along the motion of a recording.
-struct Acting {
+pub(super) struct Acting {
     /// All that is known.
-    whole: Vec<ActingForces>,
+    pub(super) whole: Vec<ActingForces>,
     /// The device without effects.
     base: Vec<ActingForces>,
     /// The force of the drive \[N\].
-    drive: Vec<f64>,
+    pub(super) drive: Vec<f64>,
 }
 
 impl Acting {
-    fn new(run: &MeasuredRun, plain: &StretchSimulator, joint: &StretchSimulator) -> Self {
+    pub(super) fn new(
+        run: &MeasuredRun,
+        plain: &StretchSimulator,
+        joint: &StretchSimulator,
+    ) -> Self {
         let whole = along(run, joint);
         Self {
             drive: whole.iter().map(|a| a.drive).collect(),
@@ -236,11 +240,11 @@ impl Acting {
 }
 
 /// What acts along the motion of `run`.
-fn along(run: &MeasuredRun, simulator: &StretchSimulator) -> Vec<ActingForces> {
+pub(super) fn along(run: &MeasuredRun, simulator: &StretchSimulator) -> Vec<ActingForces> {
     simulator.acting_forces(&run.drive, &run.nodes, &|t| run.motion_at(t))
 }
 
-fn difference(of: &[ActingForces], from: &[ActingForces]) -> Vec<ActingForces> {
+pub(super) fn difference(of: &[ActingForces], from: &[ActingForces]) -> Vec<ActingForces> {
     of.iter().zip(from).map(|(a, b)| a.beyond(b)).collect()
 }
 
@@ -262,7 +266,7 @@ fn gram_of_run(
 }
 
 /// The columns of what is known, and the right-hand side.
-fn known_columns(
+pub(super) fn known_columns(
     equations: &Equations<'_>,
     known: &Knowledge,
     acting: &Acting,

@@ -2,14 +2,19 @@
 
 use std::sync::Arc;
 
-use super::{ForceBalance, force_balance};
+use super::{ForceBalance, force_balance, forces_without};
+use crate::diagnose::diagnosis::{Absorbed, BalanceCurve, ForceCurve, Quantity};
 use crate::diagnose::options::DiagnoseOptions;
-use crate::diagnose::test_support::{QUIET, parts_of};
+use crate::diagnose::report::ground::law_through;
+use crate::diagnose::test_support::{QUIET, parts_of, workspace_of};
 use crate::fit::Part;
+use crate::model::drive::Waveform;
 use crate::model::effects::{ActiveEffect, find};
 use crate::model::preset::Preset;
+use crate::model::sensor::Sensor;
 use crate::model::{Model, with_effect};
 use crate::recording::Recording;
+use crate::sim::{Options, simulate};
 
 const FITTED: [(&str, f64); 4] = [
     ("square:15Hz:8V", 0.15),
@@ -129,4 +134,154 @@ fn drag_on_a_spring_is_found_and_the_same_in_other_units() {
         (a.held_out_per_row() / b.held_out_per_row() - 1.0).abs() < 1e-3,
         "{a:?} {b:?}"
     );
+}
+
+/// The oscillator preset with a damping of 0.006 that hardens by `k3` \[N/m^3\].
+fn hardening(k3: f64) -> Model {
+    use crate::model::parameter::ParameterId as P;
+    let mut model = Preset::load("oscillator").unwrap().model;
+    model.parameters.set(P::Zeta1, 0.006);
+    if k3 != 0.0 {
+        let mut effect = ActiveEffect::new(find("cubic_stiffness").unwrap());
+        effect.values[0] = k3;
+        model = with_effect(&model, effect);
+    }
+    model
+}
+
+/// The balance of two free decays of `truth`, one held out, for the device without `k3`.
+fn balance_of_decays(truth: &Model) -> ForceBalance {
+    use crate::model::parameter::ParameterId as P;
+    let part = |amplitude| {
+        let mut model = truth.clone();
+        model.parameters.set(P::X0, amplitude);
+        let options = Options {
+            rate: 100.0,
+            ..Options::default()
+        };
+        let rest = Waveform::parse("rest", 30.0).unwrap();
+        let mut trace = simulate(&model, &rest, 30.0, &options).unwrap();
+        let sensor = Sensor {
+            noise: 3e-4,
+            ..Sensor::default()
+        };
+        sensor.add_noise(&mut trace.proof_mass, (1e3 * amplitude) as u64);
+        let time = trace.times();
+        let made = Recording::new("decay", time, None, trace.proof_mass, None);
+        Part::whole(Arc::new(made.unwrap()))
+    };
+    let train = [part(0.1), part(0.08)];
+    let options = DiagnoseOptions::default();
+    force_balance(&hardening(0.0), (&train, &[part(0.09)]), &options, &QUIET)
+        .unwrap()
+        .unwrap()
+}
+
+#[test]
+fn a_cubic_force_is_the_curve_over_displacement_less_its_line() {
+    let k3 = 60.0;
+    let found = balance_of_decays(&hardening(k3));
+    let strongest = found.forces.strongest().unwrap();
+    assert_eq!(strongest.quantity, Quantity::Displacement);
+    assert!(strongest.is_significant, "{:?}", strongest.gain);
+    assert!(strongest.absorbed.constant && strongest.absorbed.slope);
+    let curve = &strongest.curve;
+    let closed = ForceCurve {
+        law: curve.at.iter().map(|x| -k3 * x.powi(3)).collect(),
+        ..curve.clone()
+    };
+    let closed = law_through(&closed);
+    let far = |law: &[f64], within: f64| {
+        let both = curve.force.iter().zip(&curve.std_error).zip(law);
+        both.filter(|((f, e), law)| (*f - **law).abs() > within * **e)
+            .count()
+    };
+    let count = curve.at.len();
+    assert!(count >= 9, "{count} knots");
+    assert!(far(&closed, 3.0) <= 1, "{curve:?}\n{closed:?}");
+    // The band neither misses the force nor hides it.
+    assert!(far(&closed, 1.0) <= count / 2 + 1);
+    assert!(far(&vec![0.0; count], 4.0) >= count / 2, "{curve:?}");
+    assert!(far(&curve.law, 3.0) <= 1, "{curve:?}");
+    let left = found.forces.after_over(Quantity::Displacement).unwrap();
+    assert!(!left.is_significant && left.gain.0 < 0.05 * strongest.gain.0);
+}
+
+#[test]
+fn nothing_left_out_gives_curves_of_chance() {
+    let found = balance_of_decays(&hardening(0.0)).forces;
+    assert_eq!(found.before.len(), 2);
+    assert!(found.after.is_empty());
+    for c in &found.before {
+        // Three standard deviations of a chi2 beyond its mean.
+        let chance = c.by_chance as f64;
+        let most = chance + 3.0 * (2.0 * chance).sqrt();
+        assert!(c.gain.0 < most && !c.is_significant, "{c:?}");
+        assert!(c.curve.law.is_empty());
+        let beyond = c.curve.force.iter().zip(&c.curve.std_error);
+        assert!(
+            beyond.filter(|(f, e)| f.abs() > 3.0 * **e).count() <= 1,
+            "{c:?}"
+        );
+    }
+}
+
+#[test]
+fn the_named_effects_of_a_diagnosis_are_the_law_and_leave_nothing() {
+    let truth = with("quadratic_drag", &[1e-7]);
+    let workspace = workspace_of(&truth, &FITTED, 50e3, 20e-9);
+    let named = [truth.effects.last().unwrap().spec];
+    let begun = std::time::Instant::now();
+    let found = forces_without(&named, &truth, &workspace).unwrap().unwrap();
+    println!("{:.2} s", begun.elapsed().as_secs_f64());
+    let strongest = found.strongest().unwrap();
+    assert_eq!(strongest.quantity, Quantity::Velocity);
+    assert!(strongest.is_significant);
+    let ForceCurve { force, law, .. } = &strongest.curve;
+    let largest = force.iter().fold(0.0f64, |a, f| a.max(f.abs()));
+    for (f, law) in force.iter().zip(law) {
+        assert!((f - law).abs() < 0.05 * largest, "{:?}", strongest.curve);
+    }
+    for c in &found.after {
+        assert!(c.gain.0 < 0.01 * strongest.gain.0, "{c:?}");
+    }
+    // The device is driven: there are curves over the voltage and over time, too.
+    assert_eq!(found.before.len(), Quantity::ALL.len());
+}
+
+#[test]
+fn a_free_mass_shows_the_whole_drag() {
+    let mut faller = Preset::load("faller").unwrap().model;
+    let drag = 0.005;
+    let mut effect = ActiveEffect::new(find("quadratic_drag").unwrap());
+    effect.values[0] = drag;
+    let truth = with_effect(&faller, effect);
+    let part = |seed: u64| {
+        let options = Options {
+            rate: 240.0,
+            ..Options::default()
+        };
+        let rest = Waveform::parse("rest", 1.0).unwrap();
+        let mut trace = simulate(&truth, &rest, 1.0, &options).unwrap();
+        let sensor = Sensor {
+            noise: 1e-3,
+            ..Sensor::default()
+        };
+        sensor.add_noise(&mut trace.proof_mass, seed);
+        let time = trace.times();
+        let made = Recording::new("fall", time, None, trace.proof_mass, None);
+        Part::whole(Arc::new(made.unwrap()))
+    };
+    faller.effects.retain(|e| e.spec.id != "quadratic_drag");
+    let (train, held_out) = ([part(1), part(2)], [part(3)]);
+    let options = DiagnoseOptions::default();
+    let found = force_balance(&faller, (&train, &held_out), &options, &QUIET);
+    let found = found.unwrap().unwrap().forces;
+    let over_velocity = |c: &&BalanceCurve| c.quantity == Quantity::Velocity;
+    let c = found.before.iter().find(over_velocity).unwrap();
+    assert_eq!(c.absorbed, Absorbed::default());
+    let points = c.curve.at.iter().zip(&c.curve.force);
+    let far = points.zip(&c.curve.std_error);
+    let far = far.filter(|((v, f), e)| (*f + drag * *v * v.abs()).abs() > 3.0 * **e);
+    assert!(far.count() <= 1, "{c:?}");
 }

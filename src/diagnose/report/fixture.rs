@@ -56,6 +56,7 @@ pub fn drag() -> Diagnosis {
         mismatch: mismatch(),
         marginals: marginals(),
         forces: forces(),
+        balance: Some(balance()),
         strips: RECORDINGS.iter().enumerate().map(strip).collect(),
         events: events(),
         noise: NOISE,
@@ -100,6 +101,7 @@ pub fn adequate() -> Diagnosis {
         mismatch: Vec::new(),
         marginals: Vec::new(),
         forces: Vec::new(),
+        balance: None,
         strips: Vec::new(),
         events: EventsSeen::default(),
         train: both(1.0, 1.0),
@@ -164,6 +166,11 @@ pub fn unexplained() -> Diagnosis {
     d.forces[0].std_error[2] = f64::NAN;
     d.forces[1].force[2] = f64::NAN;
     d.forces[1].law.clear();
+    if let Some(balance) = &mut d.balance {
+        balance.after.clear();
+        balance.before.iter_mut().for_each(|c| c.curve.law.clear());
+        balance.before[0].curve.force[2] = f64::NAN;
+    }
     d.events.bounces[0].ratio_error = f64::NAN;
     d.events.releases.truncate(1);
     d.events.levels[0].miss = f64::NAN;
@@ -282,6 +289,33 @@ fn forces() -> Vec<ForceCurve> {
         of("xp'", "m/s", -0.3, 0.3, |v| -1.02e-7 * v * v.abs()),
         of("xp", "m", -58e-6, 70e-6, |_| -1e-10),
     ]
+}
+
+/// The same by the force balance.
+fn balance() -> BalanceForces {
+    let curve = |curve: ForceCurve, gain: f64| BalanceCurve {
+        quantity: Quantity::of_symbol(curve.against).unwrap(),
+        curve,
+        absorbed: Absorbed {
+            constant: true,
+            slope: true,
+        },
+        gain: (gain, 0.4 * gain),
+        by_chance: 10,
+        is_significant: gain > 100.0,
+    };
+    let mut all = forces().into_iter();
+    let before = vec![
+        curve(all.next().unwrap(), 52310.0),
+        curve(all.next().unwrap(), 14.0),
+    ];
+    let mut after = before.clone();
+    for c in &mut after {
+        c.curve.force = (0..c.curve.at.len()).map(|i| 2e-10 * chance(i)).collect();
+        c.curve.law.clear();
+        (c.gain, c.is_significant) = ((11.0, -4.0), false);
+    }
+    BalanceForces { before, after }
 }
 
 fn strip((number, (name, length, rms, held_out)): (usize, &(&str, f64, f64, bool))) -> Strip {

@@ -208,6 +208,24 @@ fn pages_are_well_formed_whole_and_without_nan() {
 }
 
 #[test]
+fn the_curves_of_the_force_balance_are_drawn_and_explained() {
+    let page = html(&drag());
+    for part in [
+        "The missing force by the balance of forces in flight",
+        "class=\"spread\"",
+        "A force over xp&#39; is missing in flight: chi2 falls by 52",
+        "No force over xp is seen to be missing in flight",
+        "Drawn without its mean and its slope, which re-tuning absorbs.",
+        "The red line is what quadratic drag would give in the same way.",
+        "With quadratic drag: No force over xp&#39; is seen",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(!html(&adequate()).contains("balance of forces"));
+    assert!(!html(&unexplained()).contains("The red line"));
+}
+
+#[test]
 fn names_of_recordings_cannot_break_the_page() {
     let page = html(&unexplained());
     assert!(!page.contains("<b>"));
@@ -217,7 +235,7 @@ fn names_of_recordings_cannot_break_the_page() {
 #[test]
 fn figures_stay_within_their_frames() {
     let page = html(&drag());
-    assert_eq!(page.matches("<svg").count(), 9 + 5 + 2 + 4 + 2);
+    assert_eq!(page.matches("<svg").count(), 9 + 5 + 2 + 2 + 4 + 2);
     for (attribute, most) in [(" x=\"", 860.0), (" cx=\"", 860.0), (" cy=\"", 500.0)] {
         for rest in page.split(attribute).skip(1) {
             let value: f64 = rest.split('"').next().unwrap().parse().unwrap();

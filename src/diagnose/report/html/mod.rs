@@ -38,6 +38,7 @@ pub fn html(diagnosis: &Diagnosis) -> String {
     page.section("Where", |page| location::write(page, diagnosis));
     page.section("What", |page| {
         what::write(page, diagnosis);
+        what::balance(page, diagnosis);
         events::write(page, diagnosis);
     });
     page.section("How much", |page| how_much(page, diagnosis));

@@ -2,6 +2,7 @@
 
 use super::{HALF, Page};
 use crate::diagnose::diagnosis::{Diagnosis, ForceCurve};
+use crate::diagnose::report::force_balance::{absorbed_sentence, curve_sentence};
 use crate::diagnose::report::ground::law_through;
 use crate::diagnose::report::sentences;
 use crate::diagnose::report::svg::axis::Axis;
@@ -31,6 +32,36 @@ pub fn write(page: &mut Page, d: &Diagnosis) {
     page.raw("<div class=\"grid2\">\n");
     for curve in &d.forces {
         page.figure(&force(curve), "");
+    }
+    page.raw("</div>\n");
+}
+
+/// Writes the force that the balance of forces in flight gives.
+pub fn balance(page: &mut Page, d: &Diagnosis) {
+    let Some(found) = d.balance.as_ref().filter(|b| !b.before.is_empty()) else {
+        return;
+    };
+    page.heading("The missing force by the balance of forces in flight");
+    let names: Vec<&str> = d.named.iter().map(|n| n.name.as_str()).collect();
+    let law = if found.before.iter().any(|c| !c.curve.law.is_empty()) {
+        format!(
+            " The red line is what {} would give in the same way.",
+            listed(&names)
+        )
+    } else {
+        String::new()
+    };
+    page.paragraph(&format!(
+        "Nothing is simulated here: the points are the force that the measured motion itself \
+         calls for, if it depends on one quantity alone, with a band of one standard error.{law}"
+    ));
+    page.raw("<div class=\"grid2\">\n");
+    for c in &found.before {
+        let mut caption = format!("{} {}", curve_sentence(c), absorbed_sentence(c));
+        if let Some(left) = found.after_over(c.quantity) {
+            caption += &format!(" With {}: {}", listed(&names), curve_sentence(left));
+        }
+        page.figure(&force_with_band(&c.curve, &c.curve.law, true), &caption);
     }
     page.raw("</div>\n");
 }
@@ -93,7 +124,11 @@ fn candidates(page: &mut Page, d: &Diagnosis) {
 }
 
 fn force(curve: &ForceCurve) -> String {
-    let law = law_through(curve);
+    force_with_band(curve, &law_through(curve), false)
+}
+
+/// Draws a force with the law that goes with it, and a band of one standard error if it is continuous.
+fn force_with_band(curve: &ForceCurve, law: &[f64], has_band: bool) -> String {
     let measured = curve.force.iter().zip(&curve.std_error);
     let ends = measured
         .filter(|(f, _)| f.is_finite())
@@ -109,16 +144,17 @@ fn force(curve: &ForceCurve) -> String {
         Axis::linear("force", "N", ends),
     );
     plot.level("axis", 0.0);
-    plot.dots(
-        "seen",
-        2.4,
-        (0..curve.at.len().min(curve.force.len())).map(|i| Dot {
-            x: curve.at[i],
-            y: curve.force[i],
-            error: curve.std_error.get(i).copied().unwrap_or(f64::NAN),
-        }),
-    );
-    let law = curve.at.iter().copied().zip(law);
+    let dots = (0..curve.at.len().min(curve.force.len())).map(|i| Dot {
+        x: curve.at[i],
+        y: curve.force[i],
+        error: curve.std_error.get(i).copied().unwrap_or(f64::NAN),
+    });
+    let dots: Vec<Dot> = dots.collect();
+    if has_band {
+        plot.band("spread", &dots);
+    }
+    plot.dots("seen", 2.4, dots);
+    let law = curve.at.iter().copied().zip(law.iter().copied());
     plot.line("law", law);
     plot.finish()
 }

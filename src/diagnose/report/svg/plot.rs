@@ -87,6 +87,21 @@ impl Plot {
         self.svg.line(class, places);
     }
 
+    /// The area within one standard error of points in order; those without an error are left out.
+    pub fn band(&mut self, class: &str, dots: &[Dot]) {
+        let known = dots
+            .iter()
+            .filter(|d| d.y.is_finite() && d.error.is_finite());
+        let known: Vec<&Dot> = known.collect();
+        if known.len() < 2 {
+            return;
+        }
+        let upper = known.iter().map(|d| (d.x, d.y + d.error));
+        let lower = known.iter().rev().map(|d| (d.x, d.y - d.error));
+        let ends: Vec<(f64, f64)> = upper.chain(lower).collect();
+        self.line(class, ends);
+    }
+
     /// Points with error bars of one standard error each way.
     pub fn dots(&mut self, class: &str, radius: f64, dots: impl IntoIterator<Item = Dot>) {
         for dot in dots {

@@ -2,6 +2,8 @@
 
 use eframe::egui::Ui;
 
+use super::force_balance;
+use super::force_balance::seen;
 use super::frame;
 use super::frame::{Axis, Figure, Item};
 use super::words::{axis_name, quantity_picker};
@@ -9,12 +11,19 @@ use crate::app::analysis::diagnosis_view::Look;
 use crate::app::widgets::text::small;
 use crate::app::workspaces::diagnose::colors;
 use crate::diagnose::Diagnosis;
-use crate::diagnose::diagnosis::ForceCurve;
-use crate::diagnose::report::ground::{Seen, law_through};
+use crate::diagnose::report::ground::law_through;
 use crate::diagnose::report::words::listed;
 
 /// Draws it.
 pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
+    let balance = d.balance.as_ref().filter(|b| !b.before.is_empty());
+    if let Some(found) = balance {
+        force_balance::switch(ui, look);
+        if look.by_balance {
+            force_balance::show(ui, look, (d, found));
+            return;
+        }
+    }
     if d.forces.is_empty() {
         ui.weak("The recordings are too short or too few to measure the missing force.");
         return;
@@ -98,15 +107,4 @@ pub fn show(ui: &mut Ui, look: &mut Look, d: &Diagnosis) {
         items,
     }
     .show(ui);
-}
-
-/// The points of a curve with their errors.
-fn seen(curve: &ForceCurve) -> Vec<Seen> {
-    (0..curve.at.len().min(curve.force.len()))
-        .map(|i| Seen {
-            x: curve.at[i],
-            y: curve.force[i],
-            error: curve.std_error.get(i).copied().unwrap_or(f64::NAN),
-        })
-        .collect()
 }

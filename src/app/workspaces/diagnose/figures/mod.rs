@@ -5,6 +5,7 @@ pub(super) mod before_after_bars;
 pub(super) mod contact_events;
 pub(super) mod evidence;
 pub(super) mod force;
+pub(super) mod force_balance;
 pub(super) mod frame;
 pub(super) mod marginal;
 pub(super) mod recording_preview;

@@ -33,6 +33,7 @@ pub fn axis_name(quantity: &'static str) -> &'static str {
         "xp'" => "velocity xp'",
         "xp" => "position xp",
         "V" => "drive V",
+        "t" => "time t",
         other => other,
     }
 }
@@ -43,6 +44,7 @@ fn quantity_help(quantity: &str) -> String {
         "xp'" => "velocity of the proof mass, positive upwards",
         "xp" => "position of the proof mass",
         "V" => "drive voltage",
+        "t" => "time in the recording",
         other => other,
     };
     format!("Plot against: {text}")

@@ -176,6 +176,13 @@ fn an_answer_is_stated_in_a_sentence_and_opens_its_plots() {
         // The named effect is opened with the plot that shows it best.
         assert_eq!(harness.state().diagnosing.look.evidence, Evidence::Force);
         assert!(says(&harness, "missing force [nN] against velocity"));
+        press(&mut harness, "force balance");
+        assert!(says(
+            &harness,
+            "missing force in flight [nN] against velocity"
+        ));
+        assert!(says(&harness, "A force over xp' is missing in flight"));
+        assert!(says(&harness, "Drawn without its mean and its slope"));
         for tab in ["Over time", "Residual against", "Ground events"] {
             press(&mut harness, tab);
         }
