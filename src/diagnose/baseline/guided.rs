@@ -112,3 +112,47 @@ impl Workspace {
         }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::diagnose::test_support::{QUIET, workspace_of};
+    use crate::model::effects::{ActiveEffect, find};
+    use crate::model::preset::Preset;
+    use crate::model::with_effect;
+
+    const DRIVES: [(&str, f64); 4] = [
+        ("square:15Hz:8V", 0.12),
+        ("sine:30Hz:7V", 0.1),
+        ("ramped:12Hz:8V:0.25", 0.1),
+        ("triangle:40Hz:6V", 0.1),
+    ];
+
+    #[test]
+    fn a_large_effect_is_fitted_from_where_the_balance_points_to() {
+        let paper = Preset::embedded("paper").unwrap().model;
+        let any = |_: &_| true;
+        let sound = workspace_of(&paper, &DRIVES, 25e3, 20e-9);
+        let found = sound.guided_fits(&paper, (&[], &[]), &any, &QUIET).unwrap();
+        assert!(found.is_empty(), "{:?}", found[0].start);
+        let effect = ActiveEffect {
+            spec: find("cubic_stiffness").unwrap(),
+            values: vec![6e3, 0.0, 0.0],
+        };
+        let stiff = with_effect(&paper, effect);
+        let workspace = workspace_of(&stiff, &DRIVES, 25e3, 20e-9);
+        let fits = workspace.guided_fits(&paper, (&[], &[]), &any, &QUIET);
+        let fits = fits.unwrap();
+        assert_eq!(fits[0].start.spec.id, "cubic_stiffness");
+        assert!(
+            fits[0].fitted.per_value() < 1.05,
+            "{}",
+            fits[0].fitted.per_value()
+        );
+        let (astray, plain) = workspace.led_astray(fits, &QUIET).unwrap().unwrap();
+        assert!(plain.is_lost(), "{}", plain.per_value());
+        assert_eq!(
+            astray.cold_fits().next().unwrap().start.spec.id,
+            "cubic_stiffness"
+        );
+    }
+}

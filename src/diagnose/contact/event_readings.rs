@@ -66,13 +66,15 @@ pub fn read(
     if free_flights::is_free(&train.model) {
         let noise = |fitted: &Fitted| fitted.problem.data.first().map_or(0.0, |d| d.sigmas.xp);
         let read = |side: &Split, fitted: &Fitted| {
-            let mut found = ContactReadings::default();
-            found.bounces = free_flights::bounces(&side.parts, noise(fitted));
-            for b in &mut found.bounces {
+            let mut bounces = free_flights::bounces(&side.parts, noise(fitted));
+            for b in &mut bounces {
                 b.error = b.error.hypot(MIN_RATIO_ERROR);
             }
-            log::debug!("{} bounces between flights", found.bounces.len());
-            found
+            log::debug!("{} bounces between flights", bounces.len());
+            ContactReadings {
+                bounces,
+                ..ContactReadings::default()
+            }
         };
         let other = workspace.held_out.as_ref().zip(held_out);
         return Ok(Ground {

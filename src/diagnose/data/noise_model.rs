@@ -220,6 +220,19 @@ mod tests {
 
     const SIGMA: f64 = 20e-9;
 
+    #[test]
+    fn few_samples_do_not_make_the_quietest_recording_the_common_noise() {
+        let (mut a, mut b, mut c) = (2.5, 3.5, 4.3);
+        let error = pool_noise(&mut [(40, &mut a), (45, &mut b), (60, &mut c)]);
+        assert!((3.2..3.8).contains(&a), "{a}");
+        assert!(a == b && b == c, "{a} {b} {c}");
+        assert!(error > 0.1, "{error}");
+        // Many samples tell a louder instrument from motion that passes for noise.
+        let (mut a, mut b) = (2.5, 4.3);
+        pool_noise(&mut [(40_000, &mut a), (45_000, &mut b)]);
+        assert!((a, b) == (2.5, 2.5), "{a} {b}");
+    }
+
     /// A mass that is held for 20 ms and away for 20 ms in turn, read with noise of which
     /// `share` has a memory of so many samples.
     fn held(share: f64, memory: f64, seed: u64) -> Recording {

@@ -28,3 +28,25 @@ fn count_from_mean(readings: &mut [f64]) {
     let mean = finite.clone().sum::<f64>() / finite.count().max(1) as f64;
     readings.iter_mut().for_each(|x| *x -= mean);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::preset::Preset;
+    use crate::recording::Recording;
+
+    #[test]
+    fn readings_of_a_spring_count_from_their_mean_and_those_over_a_ground_do_not() {
+        let time = (0..8).map(|i| 0.01 * f64::from(i)).collect();
+        let xp = vec![0.5, 0.4, 0.5, 0.4, 0.5, 0.4, 0.5, 0.4];
+        let read = Part::whole(Arc::new(Recording::new("r", time, None, xp, None).unwrap()));
+        let of = |preset: &str| {
+            let model = Preset::embedded(preset).unwrap().model;
+            from_rest(&model, &read).recording.proof_mass[0]
+        };
+        assert!((of("oscillator") - 0.05).abs() < 1e-12);
+        for preset in ["paper", "faller"] {
+            assert!((of(preset) - 0.5).abs() < 1e-12, "{preset}");
+        }
+    }
+}

@@ -181,7 +181,7 @@ pub fn forces_without(
         free: Vec::new(),
         bounds: Vec::new(),
     }));
-    balance.settle_recordings(&mut known)?;
+    balance.settle_clocks(&mut known)?;
     Ok(Some(missing_forces(&balance, &known)?))
 }
 

@@ -96,3 +96,20 @@ impl Action for QuadraticDrag {
         -(self.cd * at.vp.abs() + self.c) * at.vp
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_parts_oppose_the_motion() {
+        let drag = QuadraticDrag { cd: 2.0, c: 3.0 };
+        for (vp, force) in [(4.0, -44.0), (-4.0, 44.0), (0.0, 0.0)] {
+            let at = Kinematics {
+                vp,
+                ..Kinematics::default()
+            };
+            assert!((drag.force_on_proof_mass(&at, &[]) - force).abs() < 1e-12);
+        }
+    }
+}
