@@ -368,13 +368,16 @@ pub const FRICTION_BY_HEIGHT_LIMITS: (f64, f64) = (60.0, 0.02);
 /// The same of a force by the product of both displacements \[chi2, share\]. Calibrated by `trial
 /// --conceal outside`: 40 to 3700 with a product (seeds 493058, 494042, 483047 and two more), at
 /// most 2.5 without (eight seeds).
-pub const PRODUCT_FORCE_LIMITS: (f64, f64) = (30.0, 0.01);
+pub const PRODUCT_FORCE_LIMITS: (f64, f64) = (30.0, 0.003);
 /// Length over which an attraction decays at touch from which it acts over the whole stroke \[m\].
 /// Shorter ones act in the last micrometres.
 pub const LONG_RANGE_DECAY: f64 = 8.5e-6;
 /// Share of what is missing that named effects must carry, on all recordings together and on each
 /// held-out one. An effect that imitates another fails where the drive or the size differs.
 pub const MIN_CARRIED_SHARE: f64 = 0.35;
+/// Cost of a held-out recording, as a share of the largest, from which that share is asked of it alone.
+/// Where little is missing, noise decides it.
+pub const MUCH_MISSING_SHARE: f64 = 0.25;
 /// Chi2 per value above which residuals count as missing in that share. Noise is hardly known better.
 pub const EXCESS_MIN_CHI2: f64 = 1.03;
 /// Chi2 per value of the other recordings from which hovering in some is not what is wrong. They

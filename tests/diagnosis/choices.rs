@@ -117,7 +117,7 @@ fn parameters_that_are_held_stay_and_those_of_effects_are_held_as_usual() {
     let mut model = truth.clone();
     model.effects.push(ActiveEffect {
         spec: find("quadratic_drag").unwrap(),
-        values: vec![1e-2],
+        values: vec![1e-2, 0.0],
     });
     let (train, held_out) = swinging(&truth);
     let options = DiagnoseOptions {
@@ -135,7 +135,10 @@ fn parameters_that_are_held_stay_and_those_of_effects_are_held_as_usual() {
     let found = answer(&model, (&train, &held_out), &options).unwrap();
     assert_eq!(found.baseline.get("zeta1"), Some(0.002));
     assert_eq!(found.baseline.get("quadratic_drag.cd"), Some(1e-2));
-    let held = Remark::HeldAsGiven(vec!["quadratic_drag.cd".to_owned()]);
+    let held = Remark::HeldAsGiven(vec![
+        "quadratic_drag.cd".to_owned(),
+        "quadratic_drag.c".to_owned(),
+    ]);
     assert!(found.remarks.contains(&held), "{:?}", found.remarks);
     // The drag is not there, and with it held the recordings say so.
     let elsewhere = found.remarks.iter().find_map(|remark| match remark {
@@ -277,7 +280,7 @@ fn effects_that_are_not_candidates_are_not_named() {
     let mut dragged = truth.clone();
     dragged.effects.push(ActiveEffect {
         spec: find("quadratic_drag").unwrap(),
-        values: vec![5e-2],
+        values: vec![5e-2, 0.0],
     });
     let (train, held_out) = swinging(&dragged);
     let options = DiagnoseOptions {

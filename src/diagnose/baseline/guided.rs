@@ -3,14 +3,19 @@
 
 use std::sync::Arc;
 
+use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::force_balance::{BalanceRival, rivals};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, simulated};
+use crate::diagnose::shooting::clock_skew::{median_skew, shift_skews, skew_indices};
 use crate::diagnose::shooting::fitted::{Bound, Fitted, RequiredEffect};
-use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::shooting::workspace::{FINE_TOLERANCE, Workspace};
 use crate::diagnose::thresholds::{GUIDED_MAX_RATIO, GUIDED_MIN_CHI2, GUIDED_MIN_CHI2_RATIO};
+use crate::fit::solve::point::settle;
 use crate::model::Model;
 use crate::model::effects::{EffectSpec, own_ids};
 
+/// Iterations of the fit from a common clock.
+const CLOCK_STEPS: usize = 4;
 /// Iterations of the fit without the effect.
 const PLAIN_STEPS: usize = 10;
 
@@ -101,6 +106,7 @@ impl Workspace {
         let Some(fitted) = simulated(fitted)?.flatten() else {
             return Ok(None);
         };
+        let fitted = self.with_common_clock(fitted, control)?;
         log::debug!("guided {:?}: {:.3}", rival.effect, fitted.per_value());
         Ok(Some(RequiredEffect {
             shape: own_ids(rival.form.spec, rival.form.shape),
@@ -110,6 +116,34 @@ impl Workspace {
             predicted_gain: rival.gain.0,
             fitted,
         }))
+    }
+
+    /// `fitted`, or the fit from clocks that are all the usual one, if that is better. Where a jump of
+    /// the drive meets a sample, the cost has a kink at which the clock of a short recording stops.
+    fn with_common_clock(
+        &self,
+        fitted: Fitted,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Fitted, DiagnoseError> {
+        let (problem, point) = (&fitted.problem, &fitted.point);
+        let clocks = skew_indices(problem);
+        if clocks.len() < 2 || control.cancelled() {
+            return Ok(fitted);
+        }
+        let usual = median_skew(problem, point);
+        let mut x = point.x.clone();
+        clocks.iter().for_each(|i| x[*i] = 0.0);
+        shift_skews(problem, &mut x, usual);
+        let start = settle(problem, &x, &point.segments, &point.used, ROBUST_LOSS, 2)?;
+        let steps = (CLOCK_STEPS, FINE_TOLERANCE);
+        let point = self.improve(problem, start, &[], steps, control)?;
+        let other = self.finish(problem.clone(), point)?;
+        log::debug!("from one clock {:.1}, {:.1}", other.cost, fitted.cost);
+        Ok(if other.cost < fitted.cost {
+            other
+        } else {
+            fitted
+        })
     }
 }
 

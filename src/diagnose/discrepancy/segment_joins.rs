@@ -126,6 +126,7 @@ mod tests {
     use crate::diagnose::shooting::workspace::Workspace;
     use crate::diagnose::test_support::QUIET;
     use crate::fit::Part;
+    use crate::model::parameter::ParameterId;
     use crate::model::preset::Preset;
     use crate::recording::Recording;
 
@@ -146,7 +147,12 @@ mod tests {
         let part = Part::whole(Arc::new(
             Recording::new("ring-down", time, None, x, None).unwrap(),
         ));
-        let model = Preset::embedded("oscillator").unwrap().model;
+        let mut model = Preset::embedded("oscillator").unwrap().model;
+        // Without a ground a recording is one segment.
+        model.has_ground = true;
+        model.parameters.set(ParameterId::Dp, 10.0);
+        model.parameters.set(ParameterId::Gp, 20.0);
+        model.parameters.set(ParameterId::Cs, 1e-24);
         let workspace = Workspace::new(&model, &[part], &[], &DiagnoseOptions::default()).unwrap();
         join_breaks(&workspace.baseline(&model, &QUIET).unwrap()).unwrap()
     }

@@ -192,7 +192,7 @@ mod tests {
             form_gain: 170.0,
             vibration_gain: 0.0,
             friction_gains: (0.0, 0.0),
-            named_gain: 2e4,
+            named_gain: 1e3,
             product_gains: (0.0, 0.0),
             carried_share: 0.98,
             carried_of_segments: 0.98,
@@ -250,7 +250,7 @@ mod tests {
         };
         assert_eq!(segment.first_refusal(), None);
         let little = AbstentionEvidence {
-            carried_of_segments: 0.999,
+            named_gain: 1e5,
             ..formal(100.0)
         };
         assert_eq!(little.first_refusal(), None);
@@ -309,14 +309,14 @@ mod tests {
     #[test]
     fn too_small_a_share_and_a_growing_vibration_are_refused() {
         let little = AbstentionEvidence {
-            carried_share: 0.5,
+            carried_share: 0.3,
             carried_of_segments: 0.7,
             ..rest(&["sensor_lag"])
         };
         let refusal = little.first_refusal().unwrap();
         let text = crate::diagnose::report::sentences::finding(&refusal);
         assert!(
-            text.contains("70 %") && text.contains("only 50 %"),
+            text.contains("70 %") && text.contains("only 30 %"),
             "{text}"
         );
         let swings = AbstentionEvidence {

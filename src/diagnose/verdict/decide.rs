@@ -15,7 +15,7 @@ use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::score_test::basis_forces::Against;
 use crate::diagnose::shooting::fitted::{Fitted, excess_chi2};
 use crate::diagnose::thresholds::{
-    ADEQUATE_MAX_CHI2, FORM_EXPLAINS_SHARE, JOINS_MAX_Z, NOISE_MAX_Z,
+    ADEQUATE_MAX_CHI2, FORM_EXPLAINS_SHARE, JOINS_MAX_Z, MUCH_MISSING_SHARE, NOISE_MAX_Z,
 };
 use crate::model::effects::{ContactLaw, EffectSpec};
 use crate::sim::SimError;
@@ -195,6 +195,9 @@ fn carried_shares(
         let form_gain = form_gain * (held_carried / carried).clamp(0.0, 1.0);
         let rest = (excess_chi2(held) - form_gain).max(0.0);
         share = share.min(held_carried / (held_carried + rest));
+        if let Some(before) = &found.baseline.held_out {
+            share = share.min(least_share_of_recordings(before, held)?);
+        }
     }
     let of_segments = share;
     // A law of another form also breaks the motion at the joins.
@@ -214,6 +217,18 @@ fn carried_shares(
         of_segments,
         overall: share,
     })
+}
+
+/// The least share of what is missing in a held-out recording that the named effects carry, of those
+/// recordings in which much is missing: a law that imitates another fails where the drive differs.
+fn least_share_of_recordings(before: &Fitted, after: &Fitted) -> Result<f64, SimError> {
+    let (before, after) = (before.recording_costs()?, after.recording_costs()?);
+    let most = before.iter().copied().fold(0.0, f64::max);
+    let both = before.into_iter().zip(after);
+    let much = both.filter(|(before, _)| *before > MUCH_MISSING_SHARE * most);
+    Ok(much.fold(1.0, |least, (before, after)| {
+        f64::min(least, 1.0 - after / before)
+    }))
 }
 
 /// Gains by a probe in place of the named effects that `imitates` picks, and by these; the probe is
