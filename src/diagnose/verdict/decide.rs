@@ -9,7 +9,7 @@ use crate::diagnose::contact::law_test::LawTest;
 use crate::diagnose::diagnosis::Verdict;
 use crate::diagnose::discrepancy::missing_force::MissingForces;
 use crate::diagnose::discrepancy::segment_joins::JoinBreaks;
-use crate::diagnose::discrepancy::{law_form, probes};
+use crate::diagnose::discrepancy::{law_form, probes, residual_map};
 use crate::diagnose::findings::{Finding, FindingKind};
 use crate::diagnose::options::DiagnoseError;
 use crate::diagnose::score_test::basis_forces::Against;
@@ -221,8 +221,16 @@ fn carried_shares(
 
 /// The least share of what is missing in a held-out recording that the named effects carry, of those
 /// recordings in which much is missing: a law that imitates another fails where the drive differs.
-fn least_share_of_recordings(before: &Fitted, after: &Fitted) -> Result<f64, SimError> {
-    let (before, after) = (before.recording_costs()?, after.recording_costs()?);
+fn least_share_of_recordings(before: &Fitted, after: &Fitted) -> Result<f64, DiagnoseError> {
+    let squares = |fitted: &Fitted| {
+        let mut sums = vec![0.0; fitted.problem.data.len()];
+        for sample in residual_map::samples(fitted)? {
+            let white = [sample.white.0, sample.white.1].into_iter();
+            sums[sample.recording] += white.filter(|w| w.is_finite()).map(|w| w * w).sum::<f64>();
+        }
+        Ok::<Vec<f64>, DiagnoseError>(sums)
+    };
+    let (before, after) = (squares(before)?, squares(after)?);
     let most = before.iter().copied().fold(0.0, f64::max);
     let both = before.into_iter().zip(after);
     let much = both.filter(|(before, _)| *before > MUCH_MISSING_SHARE * most);
