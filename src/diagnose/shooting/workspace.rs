@@ -28,9 +28,6 @@ use crate::sim::StretchSimulator;
 
 /// Prior standard deviation of the skew between the clocks of voltage and readings \[s\].
 const CLOCK_SKEW_SIGMA: f64 = 5e-6;
-/// Prior standard deviation of the scale of a reading in one recording, relative to the others. Where
-/// nothing drives the device a scale is a force, such as its weight.
-const SCALE_SIGMA: f64 = 0.01;
 /// Noise of readings that show none, as a share of their largest.
 const EXACT_NOISE_SHARE: f64 = 1e-3;
 /// Tolerance of a simulation of whole runs, in that of one of segments.
@@ -123,7 +120,7 @@ impl Workspace {
             longest: Some(longest),
             nuisances: FreeNuisances {
                 offsets: true,
-                scales: (model.piezo.is_some() && train.len() > 1).then_some(SCALE_SIGMA),
+                scales: None,
                 skew: Some(CLOCK_SKEW_SIGMA),
                 reading_lag: assumptions.latency,
             },

@@ -192,7 +192,7 @@ mod tests {
             form_gain: 170.0,
             vibration_gain: 0.0,
             friction_gains: (0.0, 0.0),
-            named_gain: 1e3,
+            named_gain: 400.0,
             product_gains: (0.0, 0.0),
             carried_share: 0.98,
             carried_of_segments: 0.98,
@@ -296,7 +296,7 @@ mod tests {
                 .first_refusal()
                 .is_some_and(|f| f.kind == FindingKind::ForceOfBothDisplacements)
         );
-        assert_eq!(of((190.0, 2e4)).first_refusal(), None);
+        assert_eq!(of((50.0, 2e4)).first_refusal(), None);
         assert_eq!(of((20.0, 200.0)).first_refusal(), None);
         let at_touch = AbstentionEvidence {
             product_gains: (900.0, 2e4),
