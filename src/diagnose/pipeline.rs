@@ -10,6 +10,8 @@
 //! 8. Compare before and after on the same segments: the proof.
 //! 9. Assemble the answer.
 
+use std::borrow::Cow;
+
 use super::answer::assemble::{Parts, assemble};
 use super::answer::conditions;
 use super::answer::proof::Proof;
@@ -160,21 +162,22 @@ pub fn diagnose_as_read(
 
 /// The state by which events are read: with the effect for lack of which the baseline has lost its way,
 /// if it has.
-fn sound(
+fn sound<'s>(
     workspace: &Workspace,
-    state: &ModelState,
+    state: &'s ModelState,
     control: &DiagnoseControl<'_>,
-) -> Result<ModelState, DiagnoseError> {
+) -> Result<Cow<'s, ModelState>, DiagnoseError> {
     let required = workspace.required_effect.as_ref();
     let Some(required) = required.filter(|_| state.train.is_lost()) else {
-        return Ok(state.clone());
+        return Ok(Cow::Borrowed(state));
     };
     let fitted = required.fitted.clone();
-    Ok(ModelState {
+    Ok(Cow::Owned(ModelState {
         held_out: workspace.fit_held_out(&fitted.model, (&fitted, None), control)?,
         train: fitted,
-        ..state.clone()
-    })
+        named: Vec::new(),
+        misread: state.misread,
+    }))
 }
 
 /// What the first stage says about the way of reading.

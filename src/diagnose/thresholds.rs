@@ -347,6 +347,8 @@ pub const ANY_FORCE_MIN_GAIN: f64 = 60.0;
 /// Excess of a single segment from which something is missing \[scatter that noise leaves\]. The
 /// largest of several hundred.
 pub const SEGMENT_MAX_Z: f64 = 8.0;
+/// Segments between two that are one place \[-\]: a bounce and the flights around it.
+pub const SAME_PLACE_SEGMENTS: usize = 6;
 /// Contacts shorter than this do not count there: they may be hops, too low to be resolved \[s\].
 pub const HOP_MAX_TIME: f64 = 1e-3;
 /// Standard deviations by which motion may break at the joins of segments. Joins share what is left
@@ -365,6 +367,9 @@ pub const NEGLIGIBLE_SHARE: f64 = 0.05;
 /// which that one is refused. Seven windows of height. Set after seeds 481038 and 481143
 /// (docs/trials/set-481000.md).
 pub const FRICTION_BY_HEIGHT_LIMITS: (f64, f64) = (60.0, 0.02);
+/// Share of what all names bring from which dry friction is the strongest of them \[-\]. Beside a
+/// stronger law its dependence on the height is a matter of form.
+pub const STRONGEST_MIN_SHARE: f64 = 0.5;
 /// The same of a force by the product of both displacements \[chi2, share\]. Calibrated by `trial
 /// --conceal outside`: 40 to 3700 with a product (seeds 493058, 494042, 483047 and two more), at
 /// most 2.5 without (eight seeds).

@@ -33,12 +33,7 @@ impl Workspace {
         asked: &dyn Fn(&EffectSpec) -> bool,
         control: &DiagnoseControl<'_>,
     ) -> Result<Vec<RequiredEffect>, DiagnoseError> {
-        let Some((before, found)) = simulated(rivals(self, model, asked))?.flatten() else {
-            return Ok(Vec::new());
-        };
-        if before.train_per_row() < GUIDED_MIN_CHI2 {
-            return Ok(Vec::new());
-        }
+        let found = simulated(rivals(self, model, asked, GUIDED_MIN_CHI2))?.unwrap_or_default();
         let mut out: Vec<RequiredEffect> = Vec::new();
         let least = found.first().map_or(0.0, |best| best.left);
         let near = |rival: &BalanceRival| rival.left < GUIDED_MAX_RATIO * least.max(1.0);

@@ -111,7 +111,8 @@ struct Retuning<'a, 'c> {
 }
 
 impl<'a, 'c> Retuning<'a, 'c> {
-    /// The first fit: with a lag of the readings if the data show one.
+    /// The first fit: without the effect that the force balance calls for, else with a lag of the
+    /// readings if the data show one.
     fn begin(
         workspace: Workspace,
         model: &'a Model,
@@ -120,35 +121,22 @@ impl<'a, 'c> Retuning<'a, 'c> {
     ) -> Result<Self, DiagnoseError> {
         let asked = |spec: &EffectSpec| options.asks(spec.id);
         let guided = workspace.guided_fits(model, (&[], &[]), &asked, control)?;
-        if let Some((workspace, train)) = workspace.led_astray(guided, control)? {
-            return Ok(Self {
-                model,
-                options,
-                hovering,
-                control,
-                workspace,
-                train,
-                drift: None,
-                assumptions: ReadingAssumptions::default(),
-                ambiguous: (Vec::new(), Vec::new()),
-                remarks: Vec::new(),
-            });
-        }
         let mut assumptions = ReadingAssumptions::default();
         let recut = |workspace: &Workspace, assumptions: &ReadingAssumptions| {
             workspace.recut(model, options, assumptions)
         };
-        let lagging = workspace.sensor_lag_baseline(model, options, control, &recut)?;
-        let (workspace, train, drift) = match lagging {
-            Some((cut_again, train, lag)) => {
+        let (workspace, train, drift) =
+            if let Some((astray, train)) = workspace.led_astray(guided, control)? {
+                (astray, train, None)
+            } else if let Some((cut_again, train, lag)) =
+                workspace.sensor_lag_baseline(model, options, control, &recut)?
+            {
                 assumptions.lag = lag;
                 (cut_again, train, None)
-            }
-            None => {
+            } else {
                 let (train, drift) = workspace.with_and_without_drift(model, control)?;
                 (workspace, train, drift)
-            }
-        };
+            };
         Ok(Self {
             model,
             options,

@@ -66,15 +66,12 @@ pub fn read(
     if free_flights::is_free(&train.model) {
         let noise = |fitted: &Fitted| fitted.problem.data.first().map_or(0.0, |d| d.sigmas.xp);
         let read = |side: &Split, fitted: &Fitted| {
-            let mut bounces = free_flights::bounces(&side.parts, noise(fitted));
-            for b in &mut bounces {
-                b.error = b.error.hypot(MIN_RATIO_ERROR);
-            }
+            let bounces = free_flights::bounces(&side.parts, noise(fitted));
             log::debug!("{} bounces between flights", bounces.len());
-            ContactReadings {
+            with_least_errors(ContactReadings {
                 bounces,
                 ..ContactReadings::default()
-            }
+            })
         };
         let other = workspace.held_out.as_ref().zip(held_out);
         return Ok(Ground {
@@ -111,7 +108,7 @@ fn side_readings(
         Some(known) => (as_known(&prepared, point, known)?, None),
         None => read_again(&prepared, point, control)?,
     };
-    let mut found = contact_readings::read_contacts_at(&prepared, &point)?;
+    let found = contact_readings::read_contacts_at(&prepared, &point)?;
     log::debug!(
         "{} bounces and {} releases read, {} and {} not, {:.2} off",
         found.bounces.len(),
@@ -120,6 +117,11 @@ fn side_readings(
         found.unread_releases,
         found.off.read
     );
+    Ok((with_least_errors(found), known))
+}
+
+/// Readings with the errors that neighbouring events share.
+fn with_least_errors(mut found: ContactReadings) -> ContactReadings {
     for b in &mut found.bounces {
         log::trace!("{b:?}");
         b.error = b.error.hypot(MIN_RATIO_ERROR);
@@ -127,7 +129,7 @@ fn side_readings(
     for r in &mut found.releases {
         r.error = r.error.hypot(MIN_FORCE_ERROR);
     }
-    Ok((found, known))
+    found
 }
 
 /// Reads misread segments again, as in a fit. Also returns how, if the model is near enough for that.

@@ -5,7 +5,9 @@ use rayon::prelude::*;
 
 use crate::diagnose::diagnosis::{Distance, Marginal, Mismatch, Regime};
 use crate::diagnose::shooting::fitted::Fitted;
-use crate::diagnose::thresholds::{HOP_MAX_TIME, MISMATCH_MIN_EXCESS, MISMATCH_MIN_Z};
+use crate::diagnose::thresholds::{
+    HOP_MAX_TIME, MISMATCH_MIN_EXCESS, MISMATCH_MIN_Z, SAME_PLACE_SEGMENTS,
+};
 use crate::fit::problem::{Data, Problem};
 use crate::fit::residual::coloured_noise::Colour;
 use crate::fit::residual::residual_rows::SegmentContext;
@@ -316,9 +318,6 @@ pub fn marginals(before: &[Sample], after: &[Sample]) -> Vec<Marginal> {
     }
     out
 }
-
-/// Segments between two that are one place: a bounce and the flights around it.
-const SAME_PLACE_SEGMENTS: usize = 6;
 
 /// How far the worst segments are above the typical one, in units of the scatter expected by chance:
 /// the worst that is not in the same place as an even worse one. What is off in one place alone was

@@ -203,8 +203,8 @@ pub struct BalanceRival {
     pub left: f64,
 }
 
-/// The effects that `model` lacks most by the balance of forces, best first, with the chi2 without
-/// any. Empty where nothing is missing or the balance cannot tell.
+/// The effects that `model` lacks most by the balance of forces, best first. Empty where less than
+/// `min_chi2` is left per row of the fitted recordings, or where the balance cannot tell.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model makes no sense.
@@ -212,12 +212,16 @@ pub fn rivals(
     workspace: &Workspace,
     model: &Model,
     asked: &dyn Fn(&EffectSpec) -> bool,
-) -> Result<Option<(BalanceChi2, Vec<BalanceRival>)>, DiagnoseError> {
+    min_chi2: f64,
+) -> Result<Vec<BalanceRival>, DiagnoseError> {
     let Some((mut balance, mut known)) = prepare(workspace, model)? else {
-        return Ok(None);
+        return Ok(Vec::new());
     };
     let first = known.mode;
     let solved = balance.settle_clocks(&mut known)?;
+    if solved.chi2().train_per_row() < min_chi2 {
+        return Ok(Vec::new());
+    }
     let forms = asked_forms(workspace, model, asked);
     let gains = best_of_each_effect(balance.gains(&known, &forms)?, &forms);
     let found = refined(&balance, (&known, &solved), &gains, &forms)?;
@@ -237,8 +241,7 @@ pub fn rivals(
             left: e.solved.chi2().train_per_row(),
         }
     };
-    let found = found.into_iter().map(one).collect();
-    Ok(Some((solved.chi2(), found)))
+    Ok(found.into_iter().map(one).collect())
 }
 
 /// The best form of each effect, best first.

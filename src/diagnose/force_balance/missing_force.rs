@@ -13,14 +13,11 @@
 //! be compared.
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 
 use super::equations::Equations;
 use super::least_squares::gram::{Gram, Solution};
 use super::measured_run::MeasuredRun;
-use super::regression::{
-    Acting, Knowledge, Runs, along, difference, known_columns, varied_devices,
-};
+use super::regression::{Devices, Knowledge, Runs, along, difference, sum_over};
 use super::selection::{Balance, is_significant};
 use crate::diagnose::diagnosis::{Absorbed, BalanceCurve, BalanceForces, ForceCurve, Quantity};
 use crate::model::Model;
@@ -124,35 +121,22 @@ fn products(
     shapes: &[CurveShape],
     named: Option<&Model>,
 ) -> Result<(Gram, usize), SimError> {
-    let options = Options::default();
-    let mut plain = known.model.clone();
-    plain.effects.clear();
-    let plain = StretchSimulator::new(&plain, &options)?;
-    let whole = known.whole_model();
-    let joint = StretchSimulator::new(&whole, &options)?;
-    let varied = varied_devices(known, &whole)?;
-    let named = named.map(|model| StretchSimulator::new(model, &options));
+    let devices = Devices::of(known)?;
+    let named = named.map(|model| StretchSimulator::new(model, &Options::default()));
     let named = named.transpose()?;
-    let one = |(run, windows): (&MeasuredRun, &Vec<_>)| {
-        let acting = Acting::new(run, &plain, &joint);
-        let equations = Equations::new(run, windows.clone(), &known.mode, &acting.drive);
-        let (mut columns, right) = known_columns(&equations, known, &acting, &varied);
-        let count = columns.len();
+    Ok(sum_over(runs, |run, windows| {
+        let mut own = devices.equations(run, windows, known);
+        let count = own.columns.len();
         for shape in shapes {
-            columns.extend(shape.columns(&equations, known.mode.mass));
+            let columns = shape.columns(&own.equations, known.mode.mass);
+            own.columns.extend(columns);
         }
         let law = named.as_ref();
-        columns.extend(
-            law.map(|law| equations.of_forces(&difference(&along(run, law), &acting.whole))),
-        );
-        (equations.gram(&columns, &right, &acting.drive), count)
-    };
-    let parts: Vec<(Gram, usize)> = runs.runs.par_iter().zip(&runs.windows).map(one).collect();
-    let mut total = Gram::new(parts.first().map_or(0, |p| p.0.slopes.len()));
-    for (gram, _) in &parts {
-        total.add(gram);
-    }
-    Ok((total, parts.first().map_or(0, |p| p.1)))
+        let force = law.map(|law| difference(&along(run, law), &own.acting.whole));
+        let law = force.map(|force| own.equations.of_forces(&force));
+        own.columns.extend(law);
+        (own.gram(), count)
+    }))
 }
 
 /// The form of a curve over a quantity.

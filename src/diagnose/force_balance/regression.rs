@@ -145,42 +145,109 @@ pub fn regression(
     known: &Knowledge,
     asked: &[ActiveEffect],
 ) -> Result<Regression, SimError> {
-    let options = Options::default();
-    let mut plain = known.model.clone();
-    plain.effects.clear();
+    let devices = Devices::of(known)?;
     let whole = known.whole_model();
-    let plain = StretchSimulator::new(&plain, &options)?;
-    let joint = StretchSimulator::new(&whole, &options)?;
-    let varied = varied_devices(known, &whole)?;
     let with = |effect: &ActiveEffect| {
         // Added last, without replacing one of the same kind that is known already.
         let mut model = whole.clone();
         model.effects.push(effect.clone());
-        StretchSimulator::new(&model, &options)
+        StretchSimulator::new(&model, &Options::default())
     };
     let questions = asked.iter().map(with).collect::<Result<Vec<_>, _>>()?;
-    let parts: Vec<(Gram, usize)> = runs
-        .runs
-        .par_iter()
-        .zip(&runs.windows)
-        .map(|(run, windows)| {
-            let acting = Acting::new(run, &plain, &joint);
-            let equations = Equations::new(run, windows.clone(), &known.mode, &acting.drive);
-            gram_of_run(&equations, known, &acting, &varied, &questions)
-        })
-        .collect();
+    let (total, known) = sum_over(runs, |run, windows| {
+        let mut own = devices.equations(run, windows, known);
+        let count = own.columns.len();
+        for simulator in &questions {
+            let force = difference(&along(run, simulator), &own.acting.whole);
+            own.columns.push(own.equations.of_forces(&force));
+        }
+        (own.gram(), count)
+    });
+    Ok(Regression { total, known })
+}
+
+/// Products summed over the recordings of `runs`, with the number of known columns, the same in each.
+pub(super) fn sum_over(
+    runs: &Runs,
+    one: impl Fn(&MeasuredRun, &[FlightWindows]) -> (Gram, usize) + Sync,
+) -> (Gram, usize) {
+    let all = runs.runs.par_iter().zip(&runs.windows);
+    let parts: Vec<(Gram, usize)> = all.map(|(run, windows)| one(run, windows)).collect();
     let mut total = Gram::new(parts.first().map_or(0, |p| p.0.slopes.len()));
     for (gram, _) in &parts {
         total.add(gram);
     }
-    Ok(Regression {
-        total,
-        known: parts.first().map_or(0, |p| p.1),
-    })
+    (total, parts.first().map_or(0, |p| p.1))
+}
+
+/// The device as a regression needs it.
+pub(super) struct Devices {
+    /// Without effects.
+    plain: StretchSimulator,
+    /// With all that are known.
+    joint: StretchSimulator,
+    /// With each fitted parameter varied by a step, and the steps.
+    varied: Vec<(StretchSimulator, f64)>,
+}
+
+impl Devices {
+    /// Those of what is `known`.
+    ///
+    /// # Errors
+    /// [`SimError`] if a model makes no sense.
+    pub(super) fn of(known: &Knowledge) -> Result<Self, SimError> {
+        let options = Options::default();
+        let mut plain = known.model.clone();
+        plain.effects.clear();
+        let whole = known.whole_model();
+        Ok(Self {
+            plain: StretchSimulator::new(&plain, &options)?,
+            joint: StretchSimulator::new(&whole, &options)?,
+            varied: varied_devices(known, &whole)?,
+        })
+    }
+
+    /// The equations of `run` in its `windows`.
+    pub(super) fn equations<'r>(
+        &self,
+        run: &'r MeasuredRun,
+        windows: &[FlightWindows],
+        known: &Knowledge,
+    ) -> KnownEquations<'r> {
+        let acting = Acting::new(run, &self.plain, &self.joint);
+        let equations = Equations::new(run, windows.to_vec(), &known.mode, &acting.drive);
+        let (columns, right) = known_columns(&equations, known, &acting, &self.varied);
+        KnownEquations {
+            equations,
+            acting,
+            columns,
+            right,
+        }
+    }
+}
+
+/// The equations of a recording for what is known.
+pub(super) struct KnownEquations<'r> {
+    /// Rows and their noise.
+    pub(super) equations: Equations<'r>,
+    /// What acts.
+    pub(super) acting: Acting,
+    /// Columns of what is known; others may be added.
+    pub(super) columns: Vec<Vec<f64>>,
+    /// The right-hand side.
+    right: Vec<f64>,
+}
+
+impl KnownEquations<'_> {
+    /// Their products.
+    pub(super) fn gram(&self) -> Gram {
+        self.equations
+            .gram(&self.columns, &self.right, &self.acting.drive)
+    }
 }
 
 /// The device with each fitted parameter of each effect varied by a step, and the steps.
-pub(super) fn varied_devices(
+fn varied_devices(
     known: &Knowledge,
     whole: &Model,
 ) -> Result<Vec<(StretchSimulator, f64)>, SimError> {
@@ -221,15 +288,11 @@ pub(super) struct Acting {
     /// The device without effects.
     base: Vec<ActingForces>,
     /// The force of the drive \[N\].
-    pub(super) drive: Vec<f64>,
+    drive: Vec<f64>,
 }
 
 impl Acting {
-    pub(super) fn new(
-        run: &MeasuredRun,
-        plain: &StretchSimulator,
-        joint: &StretchSimulator,
-    ) -> Self {
+    fn new(run: &MeasuredRun, plain: &StretchSimulator, joint: &StretchSimulator) -> Self {
         let whole = along(run, joint);
         Self {
             drive: whole.iter().map(|a| a.drive).collect(),
@@ -248,25 +311,8 @@ pub(super) fn difference(of: &[ActingForces], from: &[ActingForces]) -> Vec<Acti
     of.iter().zip(from).map(|(a, b)| a.beyond(b)).collect()
 }
 
-fn gram_of_run(
-    equations: &Equations<'_>,
-    known: &Knowledge,
-    acting: &Acting,
-    varied: &[(StretchSimulator, f64)],
-    questions: &[StretchSimulator],
-) -> (Gram, usize) {
-    let (mut columns, right) = known_columns(equations, known, acting, varied);
-    let known_count = columns.len();
-    for simulator in questions {
-        let own = difference(&along(equations.run, simulator), &acting.whole);
-        columns.push(equations.of_forces(&own));
-    }
-    let gram = equations.gram(&columns, &right, &acting.drive);
-    (gram, known_count)
-}
-
 /// The columns of what is known, and the right-hand side.
-pub(super) fn known_columns(
+fn known_columns(
     equations: &Equations<'_>,
     known: &Knowledge,
     acting: &Acting,
@@ -334,17 +380,14 @@ pub fn clock_skews(
     if known.model.piezo.is_none() {
         return Ok(vec![0.0; runs.runs.len()]);
     }
-    let options = Options::default();
-    let mut plain = known.model.clone();
-    plain.effects.clear();
-    let plain = StretchSimulator::new(&plain, &options)?;
-    let whole = known.whole_model();
-    let joint = StretchSimulator::new(&whole, &options)?;
-    let varied = varied_devices(known, &whole)?;
+    let devices = Devices::of(known)?;
     let one = |(run, windows): (&MeasuredRun, &Vec<FlightWindows>)| {
-        let acting = Acting::new(run, &plain, &joint);
-        let equations = Equations::new(run, windows.clone(), &known.mode, &acting.drive);
-        let (columns, mut left) = known_columns(&equations, known, &acting, &varied);
+        let KnownEquations {
+            equations,
+            acting,
+            columns,
+            right: mut left,
+        } = devices.equations(run, windows, known);
         for (k, column) in columns.iter().enumerate() {
             let value = solution.values[k];
             for (l, c) in left.iter_mut().zip(column) {

@@ -66,9 +66,11 @@ pub fn evaluate_hypotheses(
             let is_in_flight = !hypothesis.start.spec.is_level_step();
             let cold_start = !cold_start_tried && state.named.is_empty() && is_in_flight;
             cold_start_tried |= cold_start;
-            let own = hypothesis.clone();
             trial = match cold_fit {
-                Some(fit) => Some(evaluate_from_scratch(workspace, state, own, fit, control)?),
+                Some(fit) => {
+                    let own = hypothesis.clone();
+                    Some(evaluate_from_scratch(workspace, state, own, fit, control)?)
+                }
                 None => refit_hypothesis(workspace, state, &hypothesis, cold_start, control)?,
             };
             best = trial.as_ref().map_or(best, |t| best.max(t.gain));

@@ -15,7 +15,7 @@ use crate::diagnose::data::reading_assumptions::{HOVERS_REASON, ReadingAssumptio
 use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::data::side::{Drift, Split, level_drift_of};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
-use crate::fit::inspect::recording_summary::{summarize, summarize_with_lag};
+use crate::fit::inspect::recording_summary::{RecordingSummary, summarize_with_lag};
 use crate::fit::problem::Problem;
 use crate::fit::problem::parameter_space::Space;
 use crate::fit::problem::prepare::{Prepared, default_length, prepare};
@@ -90,20 +90,21 @@ impl Workspace {
         }
         let lone = train.iter().all(|p| p.recording.cantilever.is_none()) || !model.has_cantilever;
         let free = options.choices.free_ids(free_parameters(model, lone));
-        // One length for all models, so that all are compared on the same segments.
-        let noises = summarize(model, train).into_iter().map(|f| f.noise.0);
-        let noise = noises.filter(|n| *n > 0.0).fold(f64::INFINITY, f64::min);
-        let all = train.iter().flat_map(|p| &p.recording.proof_mass);
-        let reach = all
-            .filter(|x| x.is_finite())
-            .fold(0.0f64, |a, x| a.max(x.abs()));
-        // Exact readings have no noise to speak of.
-        let noise = noise.clamp(EXACT_NOISE_SHARE.powi(2) * reach, EXACT_NOISE_SHARE * reach);
-        let mut tolerance = options.tolerance * noise;
+        let found = |parts: &[Part], hovers: &[usize]| {
+            let mut findings = summarize_with_lag(model, parts, assumptions.lag);
+            for &k in hovers {
+                findings[k].level = Err(HOVERS_REASON.to_owned());
+                findings[k].change = None;
+            }
+            findings
+        };
+        let findings = found(train, &assumptions.hovering.0);
+        let mut tolerance = options.tolerance * noise_scale(train, &findings);
         if !model.has_ground {
             // Errors of the steps add up over a whole run.
             tolerance *= WHOLE_RUN_TOLERANCE_SHARE;
         }
+        // One length for all models, so that all are compared on the same segments.
         let simulation = crate::sim::Options {
             tolerance,
             ..crate::sim::Options::default()
@@ -128,12 +129,7 @@ impl Workspace {
             ..FitOptions::for_model(model)
         };
         let space = Space::new(model, &free)?;
-        let side = |parts: &[Part], hovers: &[usize]| -> Result<Split, FitError> {
-            let mut findings = summarize_with_lag(model, parts, assumptions.lag);
-            for &k in hovers {
-                findings[k].level = Err(HOVERS_REASON.to_owned());
-                findings[k].change = None;
-            }
+        let side = |parts: &[Part], findings: Vec<RecordingSummary>| -> Result<Split, FitError> {
             let event_free = prepare_event_free(model, &space, parts, &findings, &fit)?;
             Ok(Split {
                 parts: parts.to_vec(),
@@ -142,14 +138,12 @@ impl Workspace {
                 event_free,
             })
         };
-        let mut train = side(train, &assumptions.hovering.0)?;
+        let mut train = side(train, findings)?;
         let mut held_out = if held_out.is_empty() {
             None
         } else {
-            Some(with_frozen_parameters(side(
-                held_out,
-                &assumptions.hovering.1,
-            )?))
+            let findings = found(held_out, &assumptions.hovering.1);
+            Some(with_frozen_parameters(side(held_out, findings)?))
         };
         let (noise, noise_error) = share_noise(&mut train, &mut held_out);
         Ok(Self {
@@ -302,6 +296,16 @@ impl Workspace {
         )?;
         Ok(Fitted::at(problem, point)?)
     }
+}
+
+/// Noise of the quietest of `parts` \[m\]; a share of their largest reading where they show none.
+fn noise_scale(parts: &[Part], findings: &[RecordingSummary]) -> f64 {
+    let noises = findings.iter().map(|f| f.noise.0).filter(|n| *n > 0.0);
+    let noise = noises.fold(f64::INFINITY, f64::min);
+    let all = parts.iter().flat_map(|p| &p.recording.proof_mass);
+    let finite = all.filter(|x| x.is_finite());
+    let reach = finite.fold(0.0f64, |a, x| a.max(x.abs()));
+    noise.clamp(EXACT_NOISE_SHARE.powi(2) * reach, EXACT_NOISE_SHARE * reach)
 }
 
 /// A side on which parameters are frozen: what is known of them counts where they are fitted.

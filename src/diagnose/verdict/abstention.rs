@@ -4,7 +4,7 @@
 use crate::diagnose::findings::{Finding, FindingKind};
 use crate::diagnose::thresholds::{
     FRICTION_BY_HEIGHT_LIMITS, LONG_RANGE_DECAY, MIN_CARRIED_SHARE, MIN_FORM_SHARE,
-    NEGLIGIBLE_SHARE, PRODUCT_FORCE_LIMITS, TRAIN_GAIN,
+    NEGLIGIBLE_SHARE, PRODUCT_FORCE_LIMITS, STRONGEST_MIN_SHARE, TRAIN_GAIN,
 };
 use crate::model::Model;
 use crate::model::effects::{ActiveEffect, EffectSpec};
@@ -122,7 +122,7 @@ fn force_of_both_displacements(of: &AbstentionEvidence) -> Option<Finding> {
 /// Dry friction imitates a friction that depends on the height. Beside a stronger law that is a matter of
 /// its form.
 fn friction_by_height(of: &AbstentionEvidence) -> Option<Finding> {
-    let strongest = of.friction_gains.1 > 0.5 * of.named_gain;
+    let strongest = of.friction_gains.1 > STRONGEST_MIN_SHARE * of.named_gain;
     let found = of.inadequacy.is_some()
         && strongest
         && exceeds(of.friction_gains, FRICTION_BY_HEIGHT_LIMITS);
