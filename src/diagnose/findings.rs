@@ -123,6 +123,8 @@ pub enum Remark {
     NothingHeldOut,
     /// The base vibrates with another phase in each recording.
     VibrationPhasesDiffer,
+    /// The scales of the readings differ from recording to recording, by so much at most \[%\].
+    ScalesDiffer(f64),
     /// The mass comes to rest above the ground in this recording.
     RestsAboveGround {
         /// Name of the recording.

@@ -11,6 +11,7 @@
 //! 9. Assemble the answer.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use super::answer::assemble::{Parts, assemble};
 use super::answer::conditions;
@@ -27,7 +28,9 @@ use super::force_balance::forces_without;
 use super::hypotheses::raised_level::raised_recordings;
 use super::hypotheses::vibration_clock::VibrationClock;
 use super::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, Stages, simulated};
+use super::score_test::reading_scales::{has_own_scales, largest_difference};
 use super::selection::forward;
+use super::selection::refit::MAX_FIT_STEPS;
 use super::shooting::fitted::Fitted;
 use super::shooting::workspace::Workspace;
 use super::verdict::decide::{Grounds, decide};
@@ -82,16 +85,20 @@ pub fn diagnose_as_read(
     stages.enter("recordings", detail(ambiguity), 0.0);
     let screened = screen(model, train, held_out)?;
 
-    let baseline = fit_baseline(model, &screened, (options, ambiguity), &stages)?;
-    let (workspace, uncertain) = (baseline.workspace, baseline.uncertain);
+    let mut baseline = fit_baseline(model, &screened, (options, ambiguity), &stages)?;
 
     stages.enter("ground", "bounces and releases", 0.3);
-    let sound = sound(&workspace, &baseline.state, control)?;
-    let mut events = ContactEvents::read(&workspace, &sound, None, control)?;
+    let sound = sound(&baseline.workspace, &baseline.state, control)?;
+    let mut events = ContactEvents::read(&baseline.workspace, &sound, None, control)?;
 
     let first_cost = baseline.state.train.cost;
     let most = if screened.may_name { options.most } else { 0 };
-    let found = select_effects(&workspace, baseline.state, (options, most), &stages)?;
+    let mut found = select_effects(&baseline, (options, most), &stages)?;
+    if found.scales_differ && !control.cancelled() {
+        baseline.free_scales(&found.baseline, control)?;
+        found = select_effects(&baseline, (options, most), &stages)?;
+    }
+    let (workspace, uncertain) = (baseline.workspace, baseline.uncertain);
     let chi2_of_certain = chi2_without(&found.state, &uncertain)?;
 
     // An effect that turned out not to be needed may have improved the re-tuning.
@@ -125,6 +132,12 @@ pub fn diagnose_as_read(
 
     let mut remarks = screened.remarks;
     remarks.extend(baseline.remarks);
+    if has_own_scales(&decision.found.state.train.problem) {
+        let state = &decision.found.state;
+        let sides = std::iter::once(&state.train).chain(&state.held_out);
+        let most = sides.map(largest_difference).fold(0.0, f64::max);
+        remarks.push(Remark::ScalesDiffer(100.0 * most));
+    }
     remarks.extend(decision.refusal().cloned().map(Remark::NamesRefused));
     remarks.extend(proof.misread());
     remarks.extend(conditions::of_parameters(&workspace, &decision)?);
@@ -236,10 +249,36 @@ fn fit_baseline(
     })
 }
 
+impl Baseline {
+    /// Gives each reading of each recording a scale of its own, from the fits of `state`.
+    fn free_scales(
+        &mut self,
+        state: &ModelState,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<(), DiagnoseError> {
+        let freed = self.workspace.with_own_scales();
+        let before = &state.train;
+        let train = freed.fit(&before.model, &[], &[], before, MAX_FIT_STEPS, control)?;
+        let near = (&train, state.held_out.as_ref());
+        let held_out = freed.fit_held_out(&train.model, near, control)?;
+        self.workspace = freed;
+        if !train.is_lost() {
+            self.workspace.required_effect = None;
+            self.workspace.rival_effects = Arc::default();
+        }
+        self.state = ModelState {
+            train,
+            held_out,
+            named: Vec::new(),
+            misread: false,
+        };
+        Ok(())
+    }
+}
+
 /// Selects the effects that the baseline lacks, at most so many.
 fn select_effects(
-    workspace: &Workspace,
-    baseline: ModelState,
+    baseline: &Baseline,
     (options, most): (&DiagnoseOptions, usize),
     stages: &Stages<'_>,
 ) -> Result<SelectionResult, DiagnoseError> {
@@ -249,7 +288,8 @@ fn select_effects(
         ..options.clone()
     };
     let report = |detail: &str, share: f64| stages.enter("naming", detail, 0.35 + 0.4 * share);
-    forward::select_effects(workspace, baseline, &options, stages.control, &report)
+    let (workspace, state) = (&baseline.workspace, baseline.state.clone());
+    forward::select_effects(workspace, state, &options, stages.control, &report)
 }
 
 fn measure_missing_forces(found: &SelectionResult) -> Result<MissingForceChange, DiagnoseError> {

@@ -13,6 +13,15 @@ pub const SHORT_RECORDING_SAMPLES: usize = 2000;
 /// Gain of log-likelihood from which noise is taken as coloured \[-\]. Two numbers more, the best
 /// of 120 pairs.
 pub const COLOURED_NOISE_MIN_GAIN: f64 = 6.0;
+/// Standard errors by which the readings at rest must wander more than noise makes them, from contact
+/// to contact, for a zero that walks \[-\].
+pub const WALKING_ZERO_MIN_Z: f64 = 4.0;
+/// Fall of chi2 by a scale of its own for each reading of each recording from which scales may
+/// differ \[-\]. Some twenty numbers more.
+pub const OWN_SCALES_MIN_GAIN: f64 = 100.0;
+/// Chi2 per row of the balance of forces with equal scales over that with a scale of its own for each
+/// recording from which scales differ \[-\].
+pub const OWN_SCALES_MIN_CHI2_RATIO: f64 = 3.0;
 /// Noise over that of the quietest recording up to which both may have the same one \[-\].
 /// Estimates from one recording scatter by less.
 pub const OWN_NOISE_MIN_RATIO: f64 = 1.3;

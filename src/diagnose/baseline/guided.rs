@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use crate::diagnose::data::robust_loss::ROBUST_LOSS;
-use crate::diagnose::force_balance::{BalanceRival, rivals};
+use crate::diagnose::force_balance::{BalanceGuide, BalanceRival, guide};
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, simulated};
 use crate::diagnose::shooting::clock_skew::{median_skew, shift_skews, skew_indices};
 use crate::diagnose::shooting::fitted::{Bound, Fitted, RequiredEffect};
@@ -33,7 +33,32 @@ impl Workspace {
         asked: &dyn Fn(&EffectSpec) -> bool,
         control: &DiagnoseControl<'_>,
     ) -> Result<Vec<RequiredEffect>, DiagnoseError> {
-        let found = simulated(rivals(self, model, asked, GUIDED_MIN_CHI2))?.unwrap_or_default();
+        let guide = self.balance_guide(model, asked)?;
+        self.fits_of_rivals(guide.rivals, own, control)
+    }
+
+    /// What the balance of forces says of `model`.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the recordings cannot be used.
+    pub(super) fn balance_guide(
+        &self,
+        model: &Model,
+        asked: &dyn Fn(&EffectSpec) -> bool,
+    ) -> Result<BalanceGuide, DiagnoseError> {
+        Ok(simulated(guide(self, model, asked, GUIDED_MIN_CHI2))?.unwrap_or_default())
+    }
+
+    /// Fits with each of the effects that the balance of forces calls for, best first.
+    ///
+    /// # Errors
+    /// [`DiagnoseError`] if the recordings cannot be used.
+    pub(super) fn fits_of_rivals(
+        &self,
+        found: Vec<BalanceRival>,
+        own: (&[String], &[Bound]),
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Vec<RequiredEffect>, DiagnoseError> {
         let mut out: Vec<RequiredEffect> = Vec::new();
         let least = found.first().map_or(0.0, |best| best.left);
         let near = |rival: &BalanceRival| rival.left < GUIDED_MAX_RATIO * least.max(1.0);

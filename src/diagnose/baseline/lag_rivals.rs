@@ -8,6 +8,7 @@ use std::sync::Arc;
 use crate::diagnose::data::reading_assumptions::ReadingAssumptions;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions, simulated};
 use crate::diagnose::score_test::forms::{MIN_LAG_SHARE, pace_parameters};
+use crate::diagnose::score_test::reading_scales::has_own_scales;
 use crate::diagnose::shooting::fitted::{Bound, Fitted, RequiredEffect};
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{
@@ -47,6 +48,7 @@ impl Workspace {
         };
         let known = ReadingAssumptions {
             lag: tau,
+            own_scales: has_own_scales(&self.train.event_free.prepared.problem),
             ..ReadingAssumptions::default()
         };
         let Ok(mut sharp) = again(self, &known) else {

@@ -120,8 +120,17 @@ impl<'a, 'c> Retuning<'a, 'c> {
         control: &'a DiagnoseControl<'c>,
     ) -> Result<Self, DiagnoseError> {
         let asked = |spec: &EffectSpec| options.asks(spec.id);
-        let guided = workspace.guided_fits(model, (&[], &[]), &asked, control)?;
-        let mut assumptions = ReadingAssumptions::default();
+        let guide = workspace.balance_guide(model, &asked)?;
+        let mut assumptions = ReadingAssumptions {
+            own_scales: guide.scales_differ,
+            ..ReadingAssumptions::default()
+        };
+        let workspace = if guide.scales_differ {
+            workspace.with_own_scales()
+        } else {
+            workspace
+        };
+        let guided = workspace.fits_of_rivals(guide.rivals, (&[], &[]), control)?;
         let recut = |workspace: &Workspace, assumptions: &ReadingAssumptions| {
             workspace.recut(model, options, assumptions)
         };

@@ -141,4 +141,7 @@ pub struct SelectionResult {
     pub state: ModelState,
     /// Every hypothesis that was compared with the baseline.
     pub scores: Vec<CandidateScore>,
+    /// Whether it ended because scales of the readings that differ from recording to recording explain
+    /// more than any further effect.
+    pub scales_differ: bool,
 }

@@ -12,3 +12,4 @@ pub(super) mod rest_level;
 pub(super) mod robust_loss;
 pub mod screening;
 pub(super) mod side;
+pub(super) mod walking_zero;

@@ -113,10 +113,7 @@ pub fn estimate_noise(stays: &[ContactRecording<'_>]) -> Noise {
     likelihood += COLOURED_NOISE_MIN_GAIN;
     for share in COLOURED_SHARE_GRID {
         for memory in MEMORY_GRID {
-            let colour = Colour {
-                share,
-                keep: (-1.0f64 / memory).exp(),
-            };
+            let colour = Colour::with_memory(share, (-1.0f64 / memory).exp());
             let (noise, l) = fit_size(&windows, colour);
             if l > likelihood {
                 (best, likelihood) = (noise, l);
@@ -125,15 +122,15 @@ pub fn estimate_noise(stays: &[ContactRecording<'_>]) -> Noise {
     }
     // Refined between the grid points in decreasing steps.
     for step in [1.25f64, 1.12, 1.06] {
-        let Colour { share, keep } = best.colour;
+        let Colour { share, keep, .. } = best.colour;
         if share <= 0.0 {
             break;
         }
         for (more, longer) in GRID_NEIGHBOURS {
-            let colour = Colour {
-                share: (share * step.powi(more)).min(MAX_COLOURED_SHARE),
-                keep: keep.powf(step.powi(-longer)),
-            };
+            let colour = Colour::with_memory(
+                (share * step.powi(more)).min(MAX_COLOURED_SHARE),
+                keep.powf(step.powi(-longer)),
+            );
             let (noise, l) = fit_size(&windows, colour);
             if l > likelihood {
                 (best, likelihood) = (noise, l);
@@ -262,10 +259,7 @@ mod tests {
     #[test]
     fn slow_noise_is_estimated_without_bias_despite_a_level_for_each_contact() {
         for (share, memory) in [(0.11, 42.0), (0.3, 15.0), (0.3, 4.0)] {
-            let truth = slow_power(Colour {
-                share,
-                keep: (-1.0f64 / memory).exp(),
-            });
+            let truth = slow_power(Colour::with_memory(share, (-1.0f64 / memory).exp()));
             let mut logarithms = Vec::new();
             for seed in 0..6 {
                 let recording = held(share, memory, seed);

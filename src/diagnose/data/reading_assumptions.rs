@@ -10,6 +10,8 @@ pub(crate) struct ReadingAssumptions {
     pub latency: f64,
     /// Time constant by which the readings lag according to the data \[s\]; 0 without a lag.
     pub lag: f64,
+    /// Whether the scales of the readings differ from recording to recording.
+    pub own_scales: bool,
     /// Fitted and held-out recordings in which the mass rests above the ground.
     pub hovering: (Vec<usize>, Vec<usize>),
 }

@@ -12,8 +12,10 @@ use crate::diagnose::data::screening::screen;
 use crate::diagnose::diagnosis::BalanceForces;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
 use crate::diagnose::score_test::forms::{CatalogueDirection, Scale, catalogue_directions};
+use crate::diagnose::score_test::reading_scales::EQUAL_SCALE_SIGMA;
 use crate::diagnose::shooting::fitted::Bound;
 use crate::diagnose::shooting::workspace::Workspace;
+use crate::diagnose::thresholds::OWN_SCALES_MIN_CHI2_RATIO;
 use crate::fit::Part;
 use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::problem::prepare::Prepared;
@@ -203,28 +205,46 @@ pub struct BalanceRival {
     pub left: f64,
 }
 
-/// The effects that `model` lacks most by the balance of forces, best first. Empty where less than
-/// `min_chi2` is left per row of the fitted recordings, or where the balance cannot tell.
+/// What the balance of forces says before anything is fitted.
+#[derive(Debug, Clone, Default)]
+pub struct BalanceGuide {
+    /// The effects that are missing most, best first. Empty where little is left per row of the
+    /// fitted recordings.
+    pub rivals: Vec<BalanceRival>,
+    /// Whether the scales of the readings differ from recording to recording.
+    pub scales_differ: bool,
+}
+
+/// What the balance of forces says of `model`: rivals where more than `min_chi2` is left per row of
+/// the fitted recordings, and scales that differ where more than that is left with equal ones. Nothing
+/// where the balance cannot tell.
 ///
 /// # Errors
 /// [`DiagnoseError`] if the model makes no sense.
-pub fn rivals(
+pub fn guide(
     workspace: &Workspace,
     model: &Model,
     asked: &dyn Fn(&EffectSpec) -> bool,
     min_chi2: f64,
-) -> Result<Vec<BalanceRival>, DiagnoseError> {
+) -> Result<BalanceGuide, DiagnoseError> {
     let Some((mut balance, mut known)) = prepare(workspace, model)? else {
-        return Ok(Vec::new());
+        return Ok(BalanceGuide::default());
     };
     let first = known.mode;
     let solved = balance.settle_clocks(&mut known)?;
     if solved.chi2().train_per_row() < min_chi2 {
-        return Ok(Vec::new());
+        let scales_differ = do_scales_differ(&balance, (&known, &solved), min_chi2)?;
+        return Ok(BalanceGuide {
+            rivals: Vec::new(),
+            scales_differ,
+        });
     }
     let forms = asked_forms(workspace, model, asked);
     let gains = best_of_each_effect(balance.gains(&known, &forms)?, &forms);
     let found = refined(&balance, (&known, &solved), &gains, &forms)?;
+    let best = found.first().map(|e| (&e.known, &e.solved));
+    let best = best.unwrap_or((&known, &solved));
+    let scales_differ = do_scales_differ(&balance, best, min_chi2)?;
     let one = |e: Extended| {
         let form = forms[e.form].clone();
         let effect = e.added().effect.clone();
@@ -241,7 +261,28 @@ pub fn rivals(
             left: e.solved.chi2().train_per_row(),
         }
     };
-    Ok(found.into_iter().map(one).collect())
+    Ok(BalanceGuide {
+        rivals: found.into_iter().map(one).collect(),
+        scales_differ,
+    })
+}
+
+/// Whether the balance with what is `known` leaves much more where the scales of all readings are
+/// equal.
+fn do_scales_differ(
+    balance: &Balance,
+    (known, solved): (&Knowledge, &Solved),
+    min_chi2: f64,
+) -> Result<bool, DiagnoseError> {
+    let with_equal = |runs: &Runs| runs.clone().with_scale_sigma(EQUAL_SCALE_SIGMA);
+    let equal = Balance {
+        train: with_equal(&balance.train),
+        held_out: with_equal(&balance.held_out),
+    };
+    let equal = equal.settle(&mut known.clone())?.chi2().train_per_row();
+    let own = solved.chi2().train_per_row();
+    log::debug!("force balance: {equal:.3} per row with equal scales, {own:.3} with own ones");
+    Ok(equal > min_chi2 && equal > OWN_SCALES_MIN_CHI2_RATIO * own)
 }
 
 /// The best form of each effect, best first.

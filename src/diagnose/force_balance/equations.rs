@@ -11,8 +11,6 @@ use super::test_function::bump;
 use super::windows::{FlightWindows, Window};
 use crate::sim::ActingForces;
 
-/// Prior standard deviation of the scale of a reading in one recording, relative to the others.
-const SCALE_SIGMA: f64 = 0.01;
 /// Prior standard deviation of the skew between the clocks of voltage and readings, in intervals
 /// between samples.
 const SKEW_SIGMA_INTERVALS: f64 = 0.5;
@@ -111,7 +109,7 @@ impl<'a> Equations<'a> {
         if drive.iter().any(|d| *d != 0.0) {
             // A reading of another scale is a drive of another one; last, a skew of the clocks.
             columns.push(self.column(|w| s.drive * w.of_nodes(0, self.run, drive)));
-            errors.push(SCALE_SIGMA);
+            errors.push(self.run.scale_sigma);
             let time = &self.run.time;
             let interval = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
             columns.push(self.column(|w| s.drive * w.of_nodes(1, self.run, drive)));
@@ -150,8 +148,31 @@ impl<'a> Equations<'a> {
         values.map_or_else(|| vec![0.0; own.len()], |v| v.as_slice().to_vec())
     }
 
-    /// A column in units of its rows' noise, with neighbours' correlation removed.
+    /// What `left` is in units of its rows' noise once the recording's own unknowns are removed.
+    pub fn misfits(&self, left: &[f64], drive: &[f64]) -> Vec<f64> {
+        let values = self.own_unknowns(left, drive);
+        let (own, _) = self.nuisances(drive);
+        let mut left = left.to_vec();
+        for (column, value) in own.iter().zip(values) {
+            for (l, c) in left.iter_mut().zip(column) {
+                *l -= value * c;
+            }
+        }
+        self.unweighted(&left)
+    }
+
+    /// A column in units of its rows' noise, with neighbours' correlation removed, each row with its
+    /// weight.
     pub fn whitened(&self, column: &[f64]) -> Vec<f64> {
+        let mut out = self.unweighted(column);
+        for (value, window) in out.iter_mut().zip(self.windows()) {
+            *value *= window.trust.sqrt();
+        }
+        out
+    }
+
+    /// The same with equal weights.
+    fn unweighted(&self, column: &[f64]) -> Vec<f64> {
         let mut out = column.to_vec();
         let mut first = 0;
         for (windows, root) in self.flights.iter().zip(&self.roots) {

@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use super::local_polynomial::smooth_motion;
+use crate::diagnose::score_test::reading_scales::OWN_SCALE_SIGMA;
 use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::problem::Data;
 use crate::fit::problem::prepare::Prepared;
@@ -38,6 +39,8 @@ pub struct MeasuredRun {
     pub readings: Vec<Vec<f64>>,
     /// Standard deviation of the noise of the proof mass's \[m\].
     pub noise: f64,
+    /// Prior standard deviation of the scale of its readings, relative to the other recordings.
+    pub scale_sigma: f64,
     /// Flights without events, as samples.
     pub flights: Vec<Range<usize>>,
     /// Colour of their noise.
@@ -126,6 +129,7 @@ impl MeasuredRun {
             readings,
             noise: data.sigmas.xp,
             colour: data.sigmas.colour,
+            scale_sigma: OWN_SCALE_SIGMA,
             flights,
             track: data.track.clone(),
             skew: 0.0,

@@ -26,6 +26,6 @@ mod tests;
 mod windows;
 
 pub use self::analysis::{
-    BalanceRival, BalancedEffect, ForceBalance, force_balance, forces_without, rivals,
+    BalanceGuide, BalanceRival, BalancedEffect, ForceBalance, force_balance, forces_without, guide,
 };
 pub use self::selection::BalanceChi2;

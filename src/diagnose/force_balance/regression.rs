@@ -11,6 +11,7 @@ use super::windows::{FlightWindows, windows};
 use crate::model::effects::ActiveEffect;
 use crate::model::parameter::ParameterId;
 use crate::model::{Model, with_effect};
+use crate::recording::median_in_place;
 use crate::sim::{ActingForces, Options, SimError, StretchSimulator};
 
 /// Thicknesses of the gas film at contact that the baseline may have together, as shares of the
@@ -18,6 +19,11 @@ use crate::sim::{ActingForces, Options, SimError, StretchSimulator};
 const FILM_SHARES: [f64; 3] = [0.4, 1.0, 2.5];
 /// Step of an effect's parameter for differences, as a share of its value.
 const PARAMETER_STEP_SHARE: f64 = 1e-3;
+
+/// Median of the size of a standard normal number.
+const MEDIAN_OF_NORMAL: f64 = 0.6745;
+/// Most rows that overlooked events may spoil, as a share of all.
+const MAX_MISREAD_SHARE: f64 = 0.03;
 
 /// An effect with those of its parameters that are fitted.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,12 +54,22 @@ impl Runs {
         Self { runs, windows, w }
     }
 
+    /// The same with readings whose scales differ from recording to recording by `sigma`.
+    pub fn with_scale_sigma(mut self, sigma: f64) -> Self {
+        self.runs.iter_mut().for_each(|run| run.scale_sigma = sigma);
+        self
+    }
+
     /// Lets the drive of each recording act later by so much more \[s\].
     pub fn delay_drives(&mut self, more: &[f64]) {
         for ((run, own), more) in self.runs.iter_mut().zip(&mut self.windows).zip(more) {
             if *more != 0.0 {
                 run.delay_drive(run.skew + more);
+                let trusts: Vec<f64> = own.iter().flatten().map(|w| w.trust).collect();
                 *own = windows(run, self.w);
+                for (window, trust) in own.iter_mut().flatten().zip(trusts) {
+                    window.trust = trust;
+                }
             }
         }
     }
@@ -367,6 +383,62 @@ fn film_columns(equations: &Equations<'_>, model: &Model) -> Vec<Vec<f64>> {
     FILM_SHARES.map(one).into()
 }
 
+/// What `solution` leaves of each recording, with its equations.
+fn left_by<'r>(
+    devices: &Devices,
+    (run, windows): (&'r MeasuredRun, &[FlightWindows]),
+    known: &Knowledge,
+    solution: &Solution,
+) -> (KnownEquations<'r>, Vec<f64>) {
+    let own = devices.equations(run, windows, known);
+    let mut left = own.right.clone();
+    for (column, value) in own.columns.iter().zip(solution.values.iter()) {
+        for (l, c) in left.iter_mut().zip(column) {
+            *l -= value * c;
+        }
+    }
+    (own, left)
+}
+
+/// Weighs the rows of `runs` anew by what `solution` leaves: a contact that was overlooked in a flight
+/// spoils few rows, and these by far. The farther a row is beyond `limit` typical misfits, the less it
+/// counts. With `is_last` all count alike where such rows are many, for then a force is missing.
+///
+/// # Errors
+/// [`SimError`] if a model makes no sense.
+pub fn weigh_rows(
+    runs: &mut Runs,
+    known: &Knowledge,
+    solution: &Solution,
+    (limit, is_last): (f64, bool),
+) -> Result<(), SimError> {
+    let devices = Devices::of(known)?;
+    let one = |(run, windows): (&MeasuredRun, &Vec<FlightWindows>)| {
+        let (own, left) = left_by(&devices, (run, windows), known, solution);
+        own.equations.misfits(&left, &own.acting.drive)
+    };
+    let all: Vec<Vec<f64>> = runs.runs.par_iter().zip(&runs.windows).map(one).collect();
+    let mut sizes: Vec<f64> = all.iter().flatten().map(|z| z.abs()).collect();
+    if sizes.is_empty() {
+        return Ok(());
+    }
+    let typical = median_in_place(&mut sizes) / MEDIAN_OF_NORMAL;
+    let most = limit * typical.max(1.0);
+    let beyond = sizes.iter().filter(|z| **z > most).count() as f64;
+    let are_many = beyond > MAX_MISREAD_SHARE * sizes.len() as f64;
+    for (windows, misfits) in runs.windows.iter_mut().zip(&all) {
+        for (window, z) in windows.iter_mut().flatten().zip(misfits) {
+            let share = (most / z.abs()).min(1.0);
+            window.trust = match (is_last, are_many) {
+                (true, true) => 1.0,
+                (true, false) => share * share,
+                (false, _) => share,
+            };
+        }
+    }
+    Ok(())
+}
+
 /// By how much the drive of each recording acts later than it was assumed to by what `solution` leaves
 /// \[s\].
 ///
@@ -382,19 +454,8 @@ pub fn clock_skews(
     }
     let devices = Devices::of(known)?;
     let one = |(run, windows): (&MeasuredRun, &Vec<FlightWindows>)| {
-        let KnownEquations {
-            equations,
-            acting,
-            columns,
-            right: mut left,
-        } = devices.equations(run, windows, known);
-        for (k, column) in columns.iter().enumerate() {
-            let value = solution.values[k];
-            for (l, c) in left.iter_mut().zip(column) {
-                *l -= value * c;
-            }
-        }
-        let own = equations.own_unknowns(&left, &acting.drive);
+        let (known, left) = left_by(&devices, (run, windows), known, solution);
+        let own = known.equations.own_unknowns(&left, &known.acting.drive);
         // The last one is the skew.
         own.last().copied().unwrap_or(0.0)
     };

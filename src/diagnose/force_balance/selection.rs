@@ -2,7 +2,9 @@
 //! parameters are refined together with all that is known, and the search goes on.
 
 use super::least_squares::gram::Solution;
-use super::regression::{FittedEffect, Knowledge, Regression, Runs, clock_skews, regression};
+use super::regression::{
+    FittedEffect, Knowledge, Regression, Runs, clock_skews, regression, weigh_rows,
+};
 use crate::diagnose::score_test::forms::CatalogueDirection;
 use crate::diagnose::thresholds::{FORCE_BALANCE_HELD_GAIN, FORCE_BALANCE_TRAIN_GAIN};
 use crate::model::effects::ActiveEffect;
@@ -20,6 +22,10 @@ const STRUCTURE_UPDATES: usize = 2;
 /// Times that the clocks of the recordings are brought up to date: how a jump acts is linear in its
 /// instant for small steps of that only.
 const CLOCK_UPDATES: usize = 2;
+
+/// Limits of the misfits of rows in turn, in typical ones: the first ones bring the fit near most rows,
+/// the last one decides what is far off.
+const ROW_LIMITS: [f64; 5] = [1.5, 1.5, 1.5, 3.0, 8.0];
 
 /// Chi2 of both splits at a state of knowledge.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -132,6 +138,15 @@ impl Balance {
     /// # Errors
     /// [`SimError`] if a model makes no sense.
     pub fn settle_clocks(&mut self, known: &mut Knowledge) -> Result<Solved, SimError> {
+        let first = known.clone();
+        for (k, limit) in ROW_LIMITS.into_iter().enumerate() {
+            let limit = (limit, k + 1 == ROW_LIMITS.len());
+            let solved = self.settle(known)?;
+            for side in [&mut self.train, &mut self.held_out] {
+                weigh_rows(side, known, &solved.solution, limit)?;
+            }
+            known.clone_from(&first);
+        }
         for _ in 0..CLOCK_UPDATES {
             let solved = self.settle(known)?;
             for side in [&mut self.train, &mut self.held_out] {

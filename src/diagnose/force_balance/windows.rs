@@ -36,6 +36,8 @@ pub struct Window {
     /// Jumps of the drive in it: which, and by how much the sums of the weights per height of a jump
     /// fall short of the integrals.
     pub jumps: Vec<(usize, [f64; 3])>,
+    /// Weight of its row, 0 to 1: little where an event was overlooked.
+    pub trust: f64,
 }
 
 /// The windows of one flight.
@@ -112,6 +114,7 @@ fn window(run: &MeasuredRun, flight: &Range<usize>, centre: f64, w: f64) -> Wind
         node_weights,
         jumps,
         weights,
+        trust: 1.0,
     }
 }
 

@@ -96,6 +96,9 @@ pub fn remark(remark: &Remark) -> String {
         Remark::CoarseSampling { said } => said.clone(),
         Remark::NothingHeldOut => "no recordings were held out, so no improvement can be proved".to_owned(),
         Remark::VibrationPhasesDiffer => "the base vibrates with a different phase in each recording; the phase given is that of the first recording".to_owned(),
+        Remark::ScalesDiffer(most) => format!(
+            "the scales of the readings differ from recording to recording, by {most:.1} % at most; each was fitted"
+        ),
         Remark::RestsAboveGround { recording } => format!(
             "{recording}: the mass comes to rest above the ground without touching it, so this recording says nothing about contact"
         ),

@@ -107,6 +107,7 @@ fn all_remarks() -> Vec<Remark> {
         },
         Remark::NothingHeldOut,
         Remark::VibrationPhasesDiffer,
+        Remark::ScalesDiffer(0.6),
         Remark::RestsAboveGround {
             recording: recording(),
         },

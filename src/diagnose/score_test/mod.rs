@@ -6,5 +6,6 @@ pub mod basis_forces;
 pub mod forms;
 pub(super) mod joint;
 pub(super) mod linearized;
+pub(super) mod reading_scales;
 pub mod scan;
 pub(super) mod state_range;

@@ -105,6 +105,12 @@ impl ScoreScan {
         NuisanceProjector::new(&normal, &self.gradient, self.unknowns)
     }
 
+    /// Adds `weight` to what draws unknown `i`, which is at `value`, to zero.
+    pub(crate) fn add_prior(&mut self, i: usize, value: f64, weight: f64) {
+        self.normal[(i, i)] += weight;
+        self.gradient[i] += weight * value;
+    }
+
     /// Normal equations summed over segments with so many `probes` each, and the priors.
     pub(crate) fn assemble(
         linear: &Linearized<'_>,
@@ -178,6 +184,12 @@ impl NuisanceProjector {
             factor,
             scale,
         })
+    }
+
+    /// Fall of chi2 by the baseline's own directions alone.
+    pub fn gain(&self) -> f64 {
+        let half = self.factor.l().tr_mul(&self.right);
+        half.norm_squared()
     }
 
     /// Part of the product of two directions that lies in the span of the baseline's own.

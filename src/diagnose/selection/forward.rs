@@ -10,11 +10,13 @@ use crate::diagnose::comparison::trial::{
     CandidateFit, ModelState, SelectedEffect, SelectionResult,
 };
 use crate::diagnose::data::side::Split;
+use crate::diagnose::hypotheses::propose::propose;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
+use crate::diagnose::score_test::reading_scales::{self, gain_by_own_scales};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{
-    FURTHER_MIN_SHARE, HELD_GAIN, HELD_OUT_ODD_RATIO, MISLED_MIN_CHI2_RATIO, RECOVERED_MIN_SHARE,
+    FURTHER_MIN_SHARE, HELD_GAIN, HELD_OUT_ODD_RATIO, MISLED_MIN_CHI2_RATIO, OWN_SCALES_MIN_GAIN, RECOVERED_MIN_SHARE,
     REVIEW_MIN_CHI2_RATIO, SET_ASIDE_REVIEW_SHARE,
 };
 use crate::model::effects::EffectSpec;
@@ -52,6 +54,7 @@ pub fn select_effects(
         state: baseline.clone(),
         baseline,
         scores: Vec::new(),
+        scales_differ: false,
     };
     search_forward(workspace, from, options, control, report)
 }
@@ -83,6 +86,7 @@ fn select_with_set_aside(
         baseline: baseline.clone(),
         state: whole,
         scores: Vec::new(),
+        scales_differ: false,
     };
     let mut found = search_forward(workspace, from, &once, control, report)?;
     if found.state.named.is_empty() {
@@ -141,6 +145,7 @@ fn search_forward(
         mut baseline,
         mut state,
         mut scores,
+        mut scales_differ,
     } = from;
     let plain = workspace;
     let mut workspace = plain.clone();
@@ -156,6 +161,10 @@ fn search_forward(
         // No effect could bring enough to be named.
         let little = state.most_left() < FURTHER_MIN_SHARE * state.explained();
         if only.is_none() && little {
+            break;
+        }
+        if only.is_none() && do_scales_differ(&workspace, &state, options)? {
+            scales_differ = true;
             break;
         }
         let mut round_scores =
@@ -223,7 +232,37 @@ fn search_forward(
         baseline,
         state,
         scores,
+        scales_differ,
     })
+}
+
+/// Whether a scale of its own for each reading of each recording would explain more of what `state`
+/// lacks than any effect.
+fn do_scales_differ(
+    workspace: &Workspace,
+    state: &ModelState,
+    options: &DiagnoseOptions,
+) -> Result<bool, DiagnoseError> {
+    if state.misread || !reading_scales::are_equal(&state.train.problem) {
+        return Ok(false);
+    }
+    let own = gain_by_own_scales(&state.train, 0)?;
+    let held_out = state.held_out.as_ref();
+    let locked = |held: &Fitted| gain_by_own_scales(held, held.problem.space.len());
+    let held_out = held_out.map(locked).transpose()?;
+    log::debug!("scales of their own predict {own:.1}, held-out {held_out:?}");
+    let least = OWN_SCALES_MIN_GAIN.max(FURTHER_MIN_SHARE * state.explained());
+    if own < least || held_out.is_some_and(|held| held < HELD_GAIN) {
+        return Ok(false);
+    }
+    let asked = |spec: &EffectSpec| is_candidate(state, options, None, spec);
+    let known = workspace.cold_fits().filter(|k| asked(k.start.spec));
+    let known = known.map(|k| state.train.cost - k.fitted.cost);
+    if state.named.is_empty() && known.into_iter().any(|gain| gain > own) {
+        return Ok(false);
+    }
+    let others = propose(workspace, state, &asked)?;
+    Ok(others.iter().all(|h| h.predicted_gain < own))
 }
 
 /// Whether `trial` must not be named: its gain is insignificant, not confirmed by the held-out

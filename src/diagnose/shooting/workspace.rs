@@ -14,7 +14,9 @@ use crate::diagnose::data::noise_model::{ContactRecording, Noise};
 use crate::diagnose::data::reading_assumptions::{HOVERS_REASON, ReadingAssumptions};
 use crate::diagnose::data::robust_loss::ROBUST_LOSS;
 use crate::diagnose::data::side::{Drift, Split, level_drift_of};
+use crate::diagnose::data::walking_zero::with_walk;
 use crate::diagnose::options::{DiagnoseControl, DiagnoseError, DiagnoseOptions};
+use crate::diagnose::score_test::reading_scales::{self, EQUAL_SCALE_SIGMA, OWN_SCALE_SIGMA};
 use crate::fit::inspect::recording_summary::{RecordingSummary, summarize_with_lag};
 use crate::fit::problem::Problem;
 use crate::fit::problem::parameter_space::Space;
@@ -115,13 +117,20 @@ impl Workspace {
         } else {
             f64::INFINITY
         };
+        // Where nothing drives the device a scale is a force, such as its weight.
+        let has_scales = model.piezo.is_some() && train.len() > 1;
+        let scale_sigma = if assumptions.own_scales {
+            OWN_SCALE_SIGMA
+        } else {
+            EQUAL_SCALE_SIGMA
+        };
         let fit = FitOptions {
             free: free.clone(),
             known: options.choices.known.clone(),
             longest: Some(longest),
             nuisances: FreeNuisances {
                 offsets: true,
-                scales: None,
+                scales: has_scales.then_some(scale_sigma),
                 skew: Some(CLOCK_SKEW_SIGMA),
                 reading_lag: assumptions.latency,
             },
@@ -162,6 +171,15 @@ impl Workspace {
                 .collect(),
             options: fit,
         })
+    }
+
+    /// The same with a scale of its own for each reading of each recording.
+    pub fn with_own_scales(&self) -> Self {
+        let mut freed = self.clone();
+        for side in std::iter::once(&mut freed.train).chain(&mut freed.held_out) {
+            reading_scales::set_free(&mut side.event_free.prepared.problem);
+        }
+        freed
     }
 
     /// Effects that were fitted from a cold start, the required one first.
@@ -343,7 +361,15 @@ fn share_noise(train: &mut Split, held_out: &mut Option<Split>) -> (Noise, f64) 
             sigma: d.sigmas.xp,
         })
         .collect();
-    let noise = noise_model::estimate_noise(&stays);
+    let mut noise = noise_model::estimate_noise(&stays);
+    let stays: Vec<ContactRecording<'_>> = stays
+        .iter()
+        .map(|stay| ContactRecording {
+            sigma: noise.factor * stay.sigma,
+            ..*stay
+        })
+        .collect();
+    noise.colour = with_walk(&stays, noise.colour);
     for side in std::iter::once(train).chain(held_out) {
         side.set_noise(&noise);
         for data in &side.event_free.prepared.problem.data {

@@ -19,10 +19,7 @@ fn flight() -> (Prepared, Vec<f64>) {
     let space = Space::new(&model, &options.free).unwrap();
     let summaries = summarize(&model, &parts);
     let mut prepared = prepare(&model, &space, &parts, &summaries, &options).unwrap();
-    prepared.problem.data[0].sigmas.colour = Colour {
-        share: 0.4,
-        keep: 0.9,
-    };
+    prepared.problem.data[0].sigmas.colour = Colour::with_memory(0.4, 0.9);
     let mut x = space.coordinates(&model);
     x.extend_from_slice(&prepared.nuisances);
     (prepared, x)

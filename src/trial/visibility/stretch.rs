@@ -84,10 +84,8 @@ pub(crate) fn add_stretch(
     let global = followed.shared_columns(tunings, zeros, instruments)?;
     let mut local = followed.state_columns()?;
     local.extend(followed.jump_columns(stretch, instruments.rate)?);
-    let colour = Colour {
-        share: instruments.coloured_share,
-        keep: (-1.0 / (instruments.rate * instruments.coloured_time)).exp(),
-    };
+    let memory = instruments.rate * instruments.coloured_time;
+    let colour = Colour::with_memory(instruments.coloured_share, (-1.0 / memory).exp());
     // Slow noise hides what is slow.
     let samples = followed.times.len();
     let whiten = |mut v: DVector<f64>| {
