@@ -96,7 +96,9 @@ impl Handles {
             None => points[0].time + 1.0,
         };
         let gaps = (0..points.len()).map(|i| (i, next(i) - points[i].time));
-        if let Some((i, gap)) = gaps.into_iter().find(|&(_, gap)| gap > 0.0 && gap < MIN_HANDLE_GAP)
+        if let Some((i, gap)) = gaps
+            .into_iter()
+            .find(|&(_, gap)| gap > 0.0 && gap < MIN_HANDLE_GAP)
         {
             return fail(format!(
                 "handle {} is {gap:e} of a period before the next one; put them at one time, or {MIN_HANDLE_GAP:e} apart",
@@ -144,10 +146,7 @@ impl Handles {
             time: p.time,
             voltage: p.voltage * factor,
         };
-        Self::new(
-            self.points.iter().map(scale).collect(),
-            self.interpolation,
-        )
+        Self::new(self.points.iter().map(scale).collect(), self.interpolation)
     }
 
     /// The period as smooth pieces in order of time, in shares of the period from 0 to 1. The
@@ -156,7 +155,9 @@ impl Handles {
         let mut pieces = Vec::new();
         for (arc, is_closed) in self.arcs() {
             let slopes = match self.interpolation {
-                Interpolation::Smooth if arc.len() > 2 || is_closed => monotone_slopes(&arc, is_closed),
+                Interpolation::Smooth if arc.len() > 2 || is_closed => {
+                    monotone_slopes(&arc, is_closed)
+                }
                 _ => Vec::new(),
             };
             for i in 0..arc.len() - 1 {
@@ -279,10 +280,7 @@ fn monotone_slopes(arc: &[Handle], is_closed: bool) -> Vec<f64> {
         slopes[n - 1] = slopes[0];
     } else {
         slopes[0] = end_slope((width[0], width[1]), (secant[0], secant[1]));
-        slopes[n - 1] = end_slope(
-            (width[n - 2], width[n - 3]),
-            (secant[n - 2], secant[n - 3]),
-        );
+        slopes[n - 1] = end_slope((width[n - 2], width[n - 3]), (secant[n - 2], secant[n - 3]));
     }
     slopes
 }

@@ -445,9 +445,14 @@ fn goes_on(piece: &Segment, next: &Segment) -> bool {
                 ..
             },
         ) => a == b && is_same_time(t, s),
-        (Shape::Cubic { c, at, unit }, Shape::Cubic { c: d, at: s, unit: w }) => {
-            c == d && unit == w && is_same_time(at, s)
-        }
+        (
+            Shape::Cubic { c, at, unit },
+            Shape::Cubic {
+                c: d,
+                at: s,
+                unit: w,
+            },
+        ) => c == d && unit == w && is_same_time(at, s),
         _ => false,
     }
 }
@@ -472,7 +477,11 @@ fn set_branches(pieces: &mut [Segment]) {
         })
         .collect();
     let level = pieces[0].shape.voltage(pieces[0].start);
-    let mut last = own.iter().rev().find_map(|&d| d).unwrap_or(if level >= 0.0 { 1.0 } else { -1.0 });
+    let mut last = own
+        .iter()
+        .rev()
+        .find_map(|&d| d)
+        .unwrap_or(if level >= 0.0 { 1.0 } else { -1.0 });
     for (piece, own) in pieces.iter_mut().zip(own) {
         last = own.unwrap_or(last);
         piece.branch = direction(last > 0.0);

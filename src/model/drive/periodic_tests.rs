@@ -265,27 +265,57 @@ proptest! {
 #[test]
 fn what_is_wrong_is_said() {
     for (text, words) in [
-        ("square:15Hz:8V:dutty=30%", "there is no dutty= here; square takes offset="),
-        ("sine:15Hz:8V:duty=30%", "there is no duty= here; sine takes offset=, phase= and burst="),
+        (
+            "square:15Hz:8V:dutty=30%",
+            "there is no dutty= here; square takes offset=",
+        ),
+        (
+            "sine:15Hz:8V:duty=30%",
+            "there is no duty= here; sine takes offset=, phase= and burst=",
+        ),
         ("square:15Hz:8V:duty=130%", "duty 1.3 is outside 0 .. 1"),
         ("square:15Hz:8V:offset=1Hz", "not a unit"),
-        ("square:15Hz:8V:offset=1V:offset=2V", "offset= is given twice"),
-        ("square:15Hz:offset=1V:8V", "\"8V\" comes after a named field"),
-        ("square:15Hz:8V:frequency=3Hz", "is set by the values without a name already"),
+        (
+            "square:15Hz:8V:offset=1V:offset=2V",
+            "offset= is given twice",
+        ),
+        (
+            "square:15Hz:offset=1V:8V",
+            "\"8V\" comes after a named field",
+        ),
+        (
+            "square:15Hz:8V:frequency=3Hz",
+            "is set by the values without a name already",
+        ),
         ("square:15Hz:8V:offset=nan", "not a number"),
         ("square:15Hz:8V:burst=5/3", "a burst of 5 periods of 3"),
         ("square:15Hz:8V:burst=0/3", "a burst of 0 periods of 3"),
-        ("square:15Hz:8V:burst=1/99999999999", "is no burst; write burst=3/5"),
-        ("ramped:5Hz:8V:0.4:duty=30%", "lambda 0.4 is outside 0 .. 0.3"),
+        (
+            "square:15Hz:8V:burst=1/99999999999",
+            "is no burst; write burst=3/5",
+        ),
+        (
+            "ramped:5Hz:8V:0.4:duty=30%",
+            "lambda 0.4 is outside 0 .. 0.3",
+        ),
         ("chirp:1Hz:2Hz:3V:offset=1V", "chirp takes no named fields"),
         ("rest:offset=1V", "rest takes no named fields"),
         ("drawn:15Hz:cubic:0/1", "write linear or smooth"),
         ("drawn:15Hz:linear:0", "is not a handle; write its share"),
         ("drawn:15Hz:linear:0.5/1,0.2/3", "put them in order of time"),
         ("drawn:15Hz:linear:0/1,0/2,1/3", "three handles at 0"),
-        ("drawn:15Hz:linear:0/1,1e-12/2", "of a period before the next one"),
-        ("drawn:15Hz:linear:0/1,1.5/2", "time of handle 2 1.5 is outside 0 .. 1"),
-        ("drawn:15Hz:linear", "has 2 values after the name; drawn:F:linear"),
+        (
+            "drawn:15Hz:linear:0/1,1e-12/2",
+            "of a period before the next one",
+        ),
+        (
+            "drawn:15Hz:linear:0/1,1.5/2",
+            "time of handle 2 1.5 is outside 0 .. 1",
+        ),
+        (
+            "drawn:15Hz:linear",
+            "has 2 values after the name; drawn:F:linear",
+        ),
     ] {
         let error = Waveform::parse(text, 1.0).unwrap_err().to_string();
         assert!(error.contains(words), "{text}: {error}");

@@ -4,10 +4,10 @@
 use std::fmt;
 use std::sync::Arc;
 
+use super::DriveError;
 use super::cycle::{Cycle, EVEN_SHARE};
 use super::handles::{Handle, Handles, Interpolation};
 use super::periodic::{Burst, PeriodicDrive};
-use super::DriveError;
 use crate::model::unit::parse_quantity;
 
 /// Powers of ten by which percents are rounded for the text; a share that then reads otherwise is
@@ -123,8 +123,8 @@ fn parse_drawn(text: &str, fields: &[&str]) -> Result<PeriodicDrive, DriveError>
 
 /// A long text is named by its beginning.
 fn shortened(text: &str) -> String {
-    const SHOWN: usize = 60;
-    match text.char_indices().nth(SHOWN) {
+    const SHOWN_CHARACTERS: usize = 60;
+    match text.char_indices().nth(SHOWN_CHARACTERS) {
         Some((end, _)) => format!("{}...", &text[..end]),
         None => text.to_owned(),
     }
@@ -197,9 +197,9 @@ impl PeriodicDrive {
                 self.cycle = self.cycle.with_amplitude(amplitude)?;
             }
             ("burst", _) => {
-                let numbers = value.split_once('/').and_then(|(on, of)| {
-                    Some((on.trim().parse().ok()?, of.trim().parse().ok()?))
-                });
+                let numbers = value
+                    .split_once('/')
+                    .and_then(|(on, of)| Some((on.trim().parse().ok()?, of.trim().parse().ok()?)));
                 let Some((on, of)) = numbers else {
                     return Err(problem(format!(
                         "\"{value}\" is no burst; write burst=3/5 for 3 periods of each 5"
