@@ -71,7 +71,8 @@ impl Gait {
         for part in &support {
             shares[part.feet] += part.end - part.start;
         }
-        let duty = |bars: &Vec<Bar>| bars.iter().map(|bar| bar.end - bar.start).sum();
+        // A sum of none would be -0.
+        let duty = |bars: &Vec<Bar>| bars.iter().fold(0.0, |sum, bar| sum + bar.end - bar.start);
         Ok(Self {
             names: feet.iter().map(|foot| foot.name.clone()).collect(),
             delays: feet.iter().map(|foot| foot.delay).collect(),
