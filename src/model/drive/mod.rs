@@ -5,6 +5,7 @@
 
 mod cycle;
 mod handles;
+mod pattern;
 mod periodic;
 #[cfg(test)]
 mod periodic_tests;
@@ -25,7 +26,8 @@ use super::unit::{UnitError, format_quantity};
 
 pub use self::cycle::Cycle;
 pub use self::handles::{Handle, Handles, Interpolation, MAX_HANDLES};
-pub use self::periodic::{Burst, MAX_BURST_PERIODS, Periodic, PeriodicDrive};
+pub use self::pattern::Burst;
+pub use self::periodic::{MAX_BURST_PERIODS, Periodic, PeriodicDrive};
 pub use self::table::{DriveReading, MeasuredVoltage, VoltageTable};
 
 /// Frequencies of a drive \[Hz\]: beyond them a period holds no motion of any device, or all of it.

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use super::DriveError;
 use super::cycle::{Cycle, EVEN_SHARE};
 use super::handles::{Handle, Handles, Interpolation};
-use super::periodic::{Burst, PeriodicDrive};
+use super::pattern::Burst;
+use super::periodic::PeriodicDrive;
 use crate::model::unit::parse_quantity;
 
 /// Powers of ten by which percents are rounded for the text; a share that then reads otherwise is
