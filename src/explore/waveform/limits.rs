@@ -16,9 +16,6 @@ const SAME_INSTANT: f64 = 1e-9;
 /// Steps below this share of the largest voltage are rounding.
 const STEP_TOLERANCE: f64 = 1e-9;
 
-/// Most pieces of a period that are looked through.
-const MAX_PIECES: usize = 100_000;
-
 /// What a drive should not exceed; `None` is no limit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DriveLimits {
@@ -66,8 +63,7 @@ pub fn excesses(waveform: &Waveform, limits: &DriveLimits) -> Result<Vec<Excess>
         });
     };
     let (mut voltage, mut slew) = (Vec::new(), Vec::new());
-    let mut index = waveform.index_at(period);
-    for _ in 0..MAX_PIECES {
+    for index in waveform.index_at(period).. {
         let whole = waveform.segment(index);
         if whole.start >= (2.0 - SAME_INSTANT) * period {
             break;
@@ -99,7 +95,6 @@ pub fn excesses(waveform: &Waveform, limits: &DriveLimits) -> Result<Vec<Excess>
                 share,
             );
         }
-        index += 1;
     }
     voltage.append(&mut slew);
     Ok(voltage)

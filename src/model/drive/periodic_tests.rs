@@ -55,9 +55,8 @@ fn segments_follow_one_another_and_repeat() {
     for text in TEXTS {
         let waveform = parse(text);
         let period = waveform.period().unwrap();
-        let mut index = waveform.index_at(0.0);
-        assert_eq!(index, 0, "{text}");
-        for _ in 0..60 {
+        assert_eq!(waveform.index_at(0.0), 0, "{text}");
+        for index in 0..60 {
             let (a, b) = (waveform.segment(index), waveform.segment(index + 1));
             assert_eq!(a.end, b.start, "{text} {index}");
             assert!(b.end > b.start, "{text} {index}: {b:?}");
@@ -70,7 +69,6 @@ fn segments_follow_one_another_and_repeat() {
                 assert!(off.abs() < 1e-7, "{text} at {middle} + {turns}: {off}");
                 assert_eq!(branch(&waveform, later), b.branch, "{text} at {middle}");
             }
-            index += 1;
         }
         for t in [1e15, 1e300, f64::MAX, f64::INFINITY] {
             assert!(waveform.index_at(t) > 0, "{text}");
