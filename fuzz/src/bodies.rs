@@ -140,6 +140,7 @@ pub fn drives(bytes: &[u8]) {
 /// Whether frequencies and amplitude are such that doubles hold all instants of some seconds.
 fn is_plausible(drive: &Waveform) -> bool {
     let (frequencies, amplitude) = match *drive {
+        Waveform::Periodic(ref periodic) => ([periodic.drive().frequency; 2], periodic.amplitude()),
         Waveform::Sine {
             frequency,
             amplitude,

@@ -1,8 +1,11 @@
 //! Devices and drives from command-line options: `--set`, `--effect`, `--drive`.
 
+use std::path::PathBuf;
+
 use anyhow::{Context, bail};
 
 use super::{Failure, terminal, wrong_command};
+use crate::explore::waveform::{WaveformError, file_and_fields, read_drive_file};
 use crate::model::drive::{DriveReading, Waveform};
 use crate::model::effects::ActiveEffect;
 use crate::model::piezo::MEASURED_VOLTAGE;
@@ -16,7 +19,7 @@ use crate::recording::measured_drive::drive_of_samples;
 const ODD_VALUE_FACTOR: f64 = 10.0;
 
 /// The file of a drive and how it is read, if the drive is one.
-pub fn drive_file(text: &str) -> Option<(&str, DriveReading)> {
+fn drive_file(text: &str) -> Option<(&str, DriveReading)> {
     let measured = text
         .strip_prefix("table:")
         .map(|file| (file, DriveReading::Recognised));
@@ -25,6 +28,16 @@ pub fn drive_file(text: &str) -> Option<(&str, DriveReading)> {
             .map(|file| (file, DriveReading::PointByPoint))
     };
     measured.or_else(points)
+}
+
+/// The file that a drive is read from, if it is one.
+pub fn drive_input(text: &str) -> Option<PathBuf> {
+    let drawn = || {
+        text.strip_prefix("handles:")
+            .map(|rest| file_and_fields(rest).0)
+    };
+    let file = drive_file(text).map(|(file, _)| file).or_else(drawn);
+    file.map(PathBuf::from)
 }
 
 /// A drive as on the command line, files included. How a file was read is said.
@@ -42,6 +55,12 @@ pub fn read_drive(text: &str, duration: f64) -> Result<Waveform, Failure> {
         };
         terminal::line(&format!("{file}: {read}"));
         return Ok(drive);
+    }
+    if let Some(file) = text.strip_prefix("handles:") {
+        return read_drive_file(file).map_err(|error| match error {
+            WaveformError::Drive(_) => wrong_command(error.into()),
+            _ => error.into(),
+        });
     }
     if text == "recorded" {
         return Err(wrong_command(anyhow::anyhow!(

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 
-use super::device::{add_effect, drive_file, read_drive, set_parameter, warn_of_odd_values};
+use super::device::{add_effect, drive_input, read_drive, set_parameter, warn_of_odd_values};
 use super::{Failure, output, wrong_command};
 use crate::model::effects;
 use crate::model::parameter::ParameterId;
@@ -22,7 +22,7 @@ use crate::sim::{Options, SimError};
 /// Parameters, effects and waveforms, for `--help`.
 fn lists() -> String {
     let mut text = String::from(
-        "Drives:\n  rest                    no voltage\n  sine:F:A                starts at 0 and rises\n  square:F:A              starts at +A\n  triangle:F:A\n  ramped:F:A:LAMBDA       a square whose edges take LAMBDA of the period\n  chirp:F0:F1:A           from F0 to F1 over the span\n  table:FILE              CSV with t and V: samples of a recorder as the voltage that\n                          acted, a few points joined by straight lines\n  points:FILE             the same, always straight lines\n  F such as 15Hz, A such as 8V\n\nParameters for --set (unit; meaning), as far as the device has them:\n",
+        "Drives:\n  rest                    no voltage\n  sine:F:A                starts at 0 and rises\n  square:F:A              starts at +A\n  triangle:F:A\n  ramped:F:A:LAMBDA       a square whose edges take LAMBDA of the period\n  chirp:F0:F1:A           from F0 to F1 over the span\n  table:FILE              CSV with t and V: samples of a recorder as the voltage that\n                          acted, a few points joined by straight lines\n  points:FILE             the same, always straight lines\n  drawn:F:linear:T/V,...  a period drawn by handles: T a share of the period, V volts;\n                          smooth in place of linear joins them without overshoot\n  handles:FILE            the same from the file of a drawn waveform\n  Periodic drives take named fields at their end: offset=1V, phase=90deg, burst=3/5\n  (3 periods of each 5, the rest at the offset), square and ramped duty=30%, triangle\n  asymmetry=70%; handles:FILE also frequency=20Hz and amplitude=4V\n  F such as 15Hz, A such as 8V\n\nParameters for --set (unit; meaning), as far as the device has them:\n",
     );
     for id in ParameterId::ALL {
         let spec = id.spec();
@@ -44,7 +44,7 @@ pub struct Arguments {
     /// Device: paper, paper-as-printed, oscillator, faller, bouncing-ball, or a preset file
     #[arg(long, default_value = "paper")]
     preset: String,
-    /// Drive: rest, sine|square|triangle:F:A, ramped:F:A:LAMBDA, chirp:F0:F1:A, table:FILE or points:FILE (CSV with t and V)
+    /// Drive: rest, sine|square|triangle:F:A, ramped:F:A:LAMBDA, chirp:F0:F1:A, table:FILE or points:FILE (CSV with t and V), handles:FILE; the list is below
     #[arg(long, allow_hyphen_values = true)]
     drive: Option<String>,
     /// Span, e.g. 0.4 or 400ms
@@ -86,7 +86,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         ..Options::default()
     };
     let drive = args.drive.as_deref().unwrap_or(&preset.drive);
-    let table = drive_file(drive).map(|(file, _)| PathBuf::from(file));
+    let table = drive_input(drive);
     let (trace_option, trace_file) = match args.out.as_deref() {
         Some(path) => ("--out", path),
         None => ("the trace (without --out)", Path::new(output::STDOUT)),

@@ -161,6 +161,12 @@ mod tests {
             ("sine:200Hz:6V", 1.0 / 200.0),
             ("triangle:40Hz:5V", 2e-3),
             ("chirp:10Hz:300Hz:6V", 3e-4),
+            ("square:50Hz:7V:duty=30%:offset=1V:phase=200deg", 4e-5),
+            ("triangle:40Hz:5V:asymmetry=100%:burst=1/2", 1e-3),
+            (
+                "drawn:60Hz:smooth:0.1/-2,0.25/1,0.3/5,0.55/5.5,0.6/-1,0.9/-6",
+                1e-3,
+            ),
         ] {
             let waveform = Waveform::parse(text, 0.05).unwrap();
             let slew = SlewRateLimiter { pace, slack: 0.0 };

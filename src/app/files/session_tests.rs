@@ -62,6 +62,8 @@ fn a_saved_session_is_restored_unchanged() {
         DriveChoice::Waveform(Waveform::parse("ramped:5Hz:8V:0.25", 0.4).unwrap()),
         DriveChoice::Waveform(Waveform::parse("chirp:5Hz:80Hz:8V", 0.7).unwrap()),
         DriveChoice::Waveform(Waveform::Table(Arc::new(table))),
+        DriveChoice::Waveform(Waveform::parse("square:15Hz:8V:duty=30%:burst=2/3", 0.4).unwrap()),
+        DriveChoice::Waveform(Waveform::parse("drawn:15Hz:smooth:0/-8,0.3/8", 0.4).unwrap()),
         DriveChoice::Recorded(7),
     ];
     for drive in drives {

@@ -3,6 +3,13 @@
 //! The simulator restarts at each segment's start, so that steps, corners and changes
 //! of the hysteresis branch are met exactly.
 
+mod cycle;
+mod handles;
+mod pattern;
+mod periodic;
+#[cfg(test)]
+mod periodic_tests;
+mod periodic_text;
 mod segments;
 pub(crate) mod table;
 #[cfg(test)]
@@ -17,14 +24,24 @@ use thiserror::Error;
 use super::piezo::Branch;
 use super::unit::{UnitError, format_quantity};
 
+pub use self::cycle::Cycle;
+pub use self::handles::{Handle, Handles, Interpolation, MAX_HANDLES};
+pub use self::pattern::Burst;
+pub use self::periodic::{MAX_BURST_PERIODS, Periodic, PeriodicDrive};
 pub use self::table::{DriveReading, MeasuredVoltage, VoltageTable};
+
+/// Frequencies of a drive \[Hz\]: beyond them a period holds no motion of any device, or all of it.
+const LOWEST_FREQUENCY: f64 = 1e-6;
+const HIGHEST_FREQUENCY: f64 = 1e6;
+/// Voltages of a drive \[V\], by magnitude: no piezo film stands more.
+const HIGHEST_VOLTAGE: f64 = 1e4;
 
 /// A drive that cannot be used.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum DriveError {
     /// The text does not name a waveform.
     #[error(
-        "\"{0}\" is not a drive; write rest, sine:F:A, square:F:A, triangle:F:A, ramped:F:A:LAMBDA, chirp:F0:F1:A, table:FILE or recorded"
+        "\"{0}\" is not a drive; write rest, sine:F:A, square:F:A, triangle:F:A, ramped:F:A:LAMBDA, drawn:F:linear:T/V,T/V..., chirp:F0:F1:A, table:FILE, handles:FILE or recorded"
     )]
     Unknown(String),
     /// Too few or too many fields.
@@ -38,6 +55,9 @@ pub enum DriveError {
     /// A field is not a quantity.
     #[error("drive \"{text}\": {source}")]
     Quantity { text: String, source: UnitError },
+    /// A named field, or a list of handles, that cannot be read.
+    #[error("drive \"{text}\": {problem}")]
+    Field { text: String, problem: String },
     /// A value is out of its range.
     #[error("drive: {0}")]
     Value(String),
@@ -73,6 +93,9 @@ pub enum Waveform {
     },
     /// Points joined by straight lines, or what a measured voltage was found to be.
     Table(Arc<VoltageTable>),
+    /// A cycle with offset, phase, duty, asymmetry or bursts, or drawn by handles; made by
+    /// [`PeriodicDrive::waveform`].
+    Periodic(Arc<Periodic>),
 }
 
 /// One smooth stretch of the drive. `shape` may be evaluated outside `start..end`,
@@ -96,8 +119,13 @@ pub enum Shape {
     Constant { voltage: f64 },
     /// `voltage + slope (t - at)`.
     Line { voltage: f64, slope: f64, at: f64 },
-    /// `amplitude sin(omega (t - at))`.
-    Sine { amplitude: f64, omega: f64, at: f64 },
+    /// `offset + amplitude sin(omega (t - at))`.
+    Sine {
+        amplitude: f64,
+        omega: f64,
+        at: f64,
+        offset: f64,
+    },
     /// `offset + amplitude sin(2 pi (phase + from t + rate t^2 / 2))`.
     Chirp {
         amplitude: f64,
@@ -121,7 +149,8 @@ impl Shape {
                 amplitude,
                 omega,
                 at,
-            } => amplitude * (omega * (t - at)).sin(),
+                offset,
+            } => offset + amplitude * (omega * (t - at)).sin(),
             Shape::Chirp {
                 amplitude,
                 phase,
@@ -145,6 +174,7 @@ impl Shape {
                 amplitude,
                 omega,
                 at,
+                ..
             } => amplitude * omega * (omega * (t - at)).cos(),
             Shape::Chirp {
                 amplitude,
@@ -203,10 +233,12 @@ impl Segment {
                 amplitude,
                 omega,
                 at,
+                offset,
             } => Shape::Sine {
                 amplitude,
                 omega,
                 at: at + by,
+                offset,
             },
             // In the shifted time t, the old one is t - by.
             Shape::Chirp {
@@ -253,7 +285,8 @@ impl Waveform {
             | Waveform::Triangle { frequency, .. }
             | Waveform::Ramped { frequency, .. } => Some(1.0 / frequency),
             Waveform::Table(table) => table.period(),
-            _ => None,
+            Waveform::Periodic(periodic) => Some(periodic.period()),
+            Waveform::Rest | Waveform::Chirp { .. } => None,
         }
     }
 
@@ -262,20 +295,8 @@ impl Waveform {
     /// # Errors
     /// [`DriveError::Value`] naming the value and its range.
     pub fn check(&self) -> Result<(), DriveError> {
-        let within = |what: &str, value: f64, low: f64, high: f64, unit: &str| {
-            if value >= low && value <= high {
-                Ok(())
-            } else {
-                Err(DriveError::Value(format!(
-                    "{what} {} is outside {} .. {}",
-                    format_quantity(value, unit, 5),
-                    format_quantity(low, unit, 5),
-                    format_quantity(high, unit, 5)
-                )))
-            }
-        };
-        let frequency = |f| within("frequency", f, 1e-6, 1e6, "Hz");
-        let amplitude = |a: f64| within("amplitude", a, -1e4, 1e4, "V");
+        let frequency = |f| within("frequency", f, LOWEST_FREQUENCY, HIGHEST_FREQUENCY, "Hz");
+        let amplitude = |a: f64| within("amplitude", a, -HIGHEST_VOLTAGE, HIGHEST_VOLTAGE, "V");
         match *self {
             Waveform::Rest => Ok(()),
             Waveform::Sine {
@@ -307,6 +328,7 @@ impl Waveform {
                 .and(amplitude(a))
                 .and(within("sweep time", duration, 1e-9, 1e6, "s")),
             Waveform::Table(ref table) => amplitude(table.amplitude()),
+            Waveform::Periodic(ref periodic) => periodic.drive().check(),
         }
     }
 
@@ -320,6 +342,20 @@ impl Waveform {
             | Waveform::Ramped { amplitude, .. }
             | Waveform::Chirp { amplitude, .. } => amplitude.abs(),
             Waveform::Table(table) => table.amplitude(),
+            Waveform::Periodic(periodic) => periodic.amplitude(),
         }
     }
+}
+
+/// Whether a value lies in its range; NaN does not.
+fn within(what: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<(), DriveError> {
+    if value >= low && value <= high {
+        return Ok(());
+    }
+    Err(DriveError::Value(format!(
+        "{what} {} is outside {} .. {}",
+        format_quantity(value, unit, 5),
+        format_quantity(low, unit, 5),
+        format_quantity(high, unit, 5)
+    )))
 }

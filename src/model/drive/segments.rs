@@ -58,6 +58,7 @@ impl Waveform {
                         amplitude: if up { amplitude } else { -amplitude },
                         omega: TAU * frequency,
                         at: index as f64 * 0.5 / frequency,
+                        offset: 0.0,
                     },
                     branch: direction(up == (amplitude >= 0.0)),
                 }
@@ -91,6 +92,7 @@ impl Waveform {
                 duration,
             } => chirp_segment(index, from, to, amplitude, duration),
             Waveform::Table(table) => table.segment(index),
+            Waveform::Periodic(periodic) => periodic.segment(index),
         }
     }
 
@@ -111,6 +113,7 @@ impl Waveform {
                 2.0 * cycles - 1.0
             }
             Waveform::Table(table) => return table.index_at(t),
+            Waveform::Periodic(periodic) => return periodic.index_at(t),
         };
         let mut index = guess.clamp(0.0, MAX_INDEX) as usize;
         index = index.saturating_sub(1);

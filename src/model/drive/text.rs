@@ -2,16 +2,16 @@
 
 use std::fmt;
 
+use super::periodic_text::{parse_cycle, positional};
 use super::{DriveError, Waveform};
-use crate::model::unit::parse_quantity;
 
 impl Waveform {
-    /// Reads the forms of the command line but for files: `square:15Hz:8V`. A chirp
-    /// sweeps over `duration` \[s\].
+    /// Reads the forms of the command line but for files: `square:15Hz:8V`, with named fields
+    /// after them: `square:15Hz:8V:duty=30%:offset=1V`. A chirp sweeps over `duration` \[s\].
     ///
     /// # Errors
-    /// [`DriveError`]; `table:` and `recorded` are [`DriveError::Unknown`] here, as they
-    /// need a file.
+    /// [`DriveError`]; `table:`, `handles:` and `recorded` are [`DriveError::Unknown`] here, as
+    /// they need a file.
     pub fn parse(text: &str, duration: f64) -> Result<Self, DriveError> {
         let mut fields = text.trim().split(':');
         let name = fields
@@ -20,53 +20,45 @@ impl Waveform {
             .trim()
             .to_ascii_lowercase();
         let fields: Vec<&str> = fields.collect();
-        let (units, form): (&[&str], &'static str) = match name.as_str() {
+        let first_named = fields.iter().position(|field| field.contains('='));
+        let (fields, named) = fields.split_at(first_named.unwrap_or(fields.len()));
+        if let Some(late) = named.iter().find(|field| !field.contains('=')) {
+            return Err(DriveError::Field {
+                text: text.to_owned(),
+                problem: format!(
+                    "\"{late}\" comes after a named field; write the values without a name first"
+                ),
+            });
+        }
+        if let Some(drive) = parse_cycle(text, &name, fields) {
+            if let Some(set) = named.iter().find(|field| {
+                let key = field.split('=').next().unwrap_or_default().trim();
+                matches!(key, "frequency" | "amplitude")
+            }) {
+                return Err(DriveError::Field {
+                    text: text.to_owned(),
+                    problem: format!("\"{set}\" is set by the values without a name already"),
+                });
+            }
+            return drive?.with_fields(text, named)?.waveform();
+        }
+        let units: (&[&str], &'static str) = match name.as_str() {
             "rest" => (&[], "rest"),
-            "sine" => (&["Hz", "V"], "sine:F:A"),
-            "square" => (&["Hz", "V"], "square:F:A"),
-            "triangle" => (&["Hz", "V"], "triangle:F:A"),
-            "ramped" => (&["Hz", "V", ""], "ramped:F:A:LAMBDA"),
             "chirp" => (&["Hz", "Hz", "V"], "chirp:F0:F1:A"),
             _ => return Err(DriveError::Unknown(text.to_owned())),
         };
-        if fields.len() != units.len() {
-            return Err(DriveError::Fields {
+        if let Some(field) = named.first() {
+            return Err(DriveError::Field {
                 text: text.to_owned(),
-                found: fields.len(),
-                needed: units.len(),
-                form,
+                problem: format!("{name} takes no named fields like \"{field}\""),
             });
         }
-        let mut values = [0.0; 3];
-        for ((value, field), unit) in values.iter_mut().zip(&fields).zip(units) {
-            *value = parse_quantity(field, unit).map_err(|source| DriveError::Quantity {
-                text: text.to_owned(),
-                source,
-            })?;
-        }
-        let [a, b, c] = values;
+        let [from, to, amplitude] = positional(text, fields, units.0, units.1)?;
         let waveform = match name.as_str() {
-            "sine" => Waveform::Sine {
-                frequency: a,
-                amplitude: b,
-            },
-            "square" => Waveform::Square {
-                frequency: a,
-                amplitude: b,
-            },
-            "triangle" => Waveform::Triangle {
-                frequency: a,
-                amplitude: b,
-            },
-            "ramped" => Waveform::Ramped {
-                frequency: a,
-                amplitude: b,
-                lambda: c,
-            },
             "chirp" => Waveform::Chirp {
-                from: a,
-                to: b,
-                amplitude: c,
+                from,
+                to,
+                amplitude,
                 duration,
             },
             _ => Waveform::Rest,
@@ -105,6 +97,7 @@ impl fmt::Display for Waveform {
                 ..
             } => write!(f, "chirp:{from}Hz:{to}Hz:{amplitude}V"),
             Waveform::Table(table) => write!(f, "table:{}", table.name),
+            Waveform::Periodic(periodic) => write!(f, "{}", periodic.drive()),
         }
     }
 }

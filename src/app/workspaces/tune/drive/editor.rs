@@ -1,6 +1,6 @@
 //! The drive editor: kind of waveform, its values or a table of points, and a preview.
 
-use eframe::egui::{Button, ComboBox, Ui};
+use eframe::egui::{Button, ComboBox, Label, Ui};
 
 use super::place::Place;
 use super::{preview, table};
@@ -138,14 +138,16 @@ fn kind_of(drive: &DriveChoice) -> &'static str {
             Waveform::Ramped { .. } => "ramped",
             Waveform::Chirp { .. } => "chirp",
             Waveform::Table(_) => "table",
+            Waveform::Periodic(_) => "shaped",
         },
     }
 }
 
-/// The values of a waveform that have a slider, with their specifications. A table has none.
+/// The values of a waveform that have a slider, with their specifications. Tables and shaped
+/// waveforms have none.
 fn editable_values(waveform: &mut Waveform) -> Vec<(ParameterSpec, &mut f64)> {
     match waveform {
-        Waveform::Rest | Waveform::Table(_) => Vec::new(),
+        Waveform::Rest | Waveform::Table(_) | Waveform::Periodic(_) => Vec::new(),
         Waveform::Sine {
             frequency,
             amplitude,
@@ -229,6 +231,10 @@ fn frequency_and_amplitude(drive: &DriveChoice) -> (Option<f64>, Option<f64>) {
     match drive {
         DriveChoice::Recorded(_) => (None, None),
         DriveChoice::Waveform(Waveform::Table(table)) => (None, Some(table.amplitude())),
+        DriveChoice::Waveform(Waveform::Periodic(periodic)) => {
+            let drive = periodic.drive();
+            (Some(drive.frequency), Some(drive.cycle.amplitude()))
+        }
         DriveChoice::Waveform(waveform) => {
             let mut waveform = waveform.clone();
             let values = editable_values(&mut waveform);
@@ -356,6 +362,11 @@ fn values(ui: &mut Ui, setup: &mut Setup, mut waveform: Waveform, place: Place) 
     }
     if matches!(waveform, Waveform::Rest) {
         ui.weak("No voltage since poling, hence no force.");
+    }
+    if let Waveform::Periodic(periodic) = &waveform {
+        let text = periodic.drive().to_string();
+        ui.add(Label::new(small(&text)).truncate())
+            .on_hover_text(text);
     }
     if waveform != before {
         match waveform.check() {
