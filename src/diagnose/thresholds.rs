@@ -209,8 +209,9 @@ pub const CONFIRMING_HELD_GAIN: f64 = 0.5 * HELD_GAIN;
 /// recordings that improve as much know nothing of the search.
 pub const CONFIRMED_GAINS: (f64, f64) = (15.0, 45.0);
 /// Times the least gain on fitted recordings from which a failure on held-out ones speaks for
-/// something missing \[-\]. Chance does not reach it.
-pub const UNPROVED_FACTOR: f64 = 2.0;
+/// something missing \[-\]. Chance does not reach it: with nothing left out, the largest of twenty
+/// effects gained 94 on fitted recordings where 30 is asked.
+pub const UNPROVED_FACTOR: f64 = 6.0;
 /// Standard deviations of the gain that free initial states bring up to which it is chance. About 1
 /// in 700 by chance.
 pub const INITIAL_STATE_MAX_Z: f64 = 3.0;

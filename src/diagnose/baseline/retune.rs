@@ -143,7 +143,8 @@ impl<'a, 'c> Retuning<'a, 'c> {
                 assumptions.lag = lag;
                 (cut_again, train, None)
             } else {
-                let (train, drift) = workspace.with_and_without_drift(model, control)?;
+                let start = guide.tuned.as_ref().unwrap_or(model);
+                let (train, drift) = workspace.with_and_without_drift(start, control)?;
                 (workspace, train, drift)
             };
         Ok(Self {

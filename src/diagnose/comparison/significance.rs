@@ -123,20 +123,20 @@ mod tests {
     #[test]
     fn a_gain_on_fitted_recordings_alone_is_unproved() {
         let drift = of("zero_drift", false);
-        assert!(fails_held_out(&drift, 140.0, -30.0));
-        assert!(!fails_held_out(&drift, 140.0, 60.0));
-        assert!(!fails_held_out(&drift, 31.0, -30.0));
+        assert!(fails_held_out(&drift, 420.0, -30.0));
+        assert!(!fails_held_out(&drift, 420.0, 60.0));
+        assert!(!fails_held_out(&drift, 140.0, -30.0));
         // Chance finds more where it is searched for.
         let step = of("gap_step", true);
-        assert!(fails_held_out(&step, 140.0, 0.0) && !fails_held_out(&step, 70.0, 0.0));
+        assert!(fails_held_out(&step, 420.0, 0.0) && !fails_held_out(&step, 210.0, 0.0));
         // One that spoils the others by more than it gains was none.
-        assert!(fails_held_out(&step, 140.0, -130.0) && !fails_held_out(&step, 140.0, -150.0));
-        assert!(fails_held_out(&drift, 140.0, -150.0));
+        assert!(fails_held_out(&step, 420.0, -400.0) && !fails_held_out(&step, 420.0, -450.0));
+        assert!(fails_held_out(&drift, 420.0, -450.0));
         let determined_later = Hypothesis {
             estimated_on_held_out: Some(0),
             ..step
         };
-        assert!(!fails_held_out(&determined_later, 140.0, 0.0));
-        assert!(!fails_held_out(&of("extra_mode", true), 140.0, 0.0));
+        assert!(!fails_held_out(&determined_later, 420.0, 0.0));
+        assert!(!fails_held_out(&of("extra_mode", true), 420.0, 0.0));
     }
 }

@@ -67,7 +67,10 @@ pub fn with_walk(stays: &[ContactRecording<'_>], colour: Colour) -> Colour {
     }
     let samples: usize = stays.iter().map(|s| s.recording.len()).sum();
     let length = samples as f64 / stays.len() as f64;
-    log::debug!("zero walks by {:.2} of the noise in a recording", (walk * length).sqrt());
+    log::debug!(
+        "zero walks by {:.2} of the noise in a recording",
+        (walk * length).sqrt()
+    );
     Colour {
         walk,
         level: SPREAD_SHARE * walk * length,
@@ -84,8 +87,8 @@ fn resting_means(stays: &ContactRecording<'_>) -> Vec<RestingMean> {
     let held = intervals(r, &r.proof_mass, stays.timeline, &(0..r.len()), None);
     let held = held.into_iter().filter(|stay| stay.held);
     held.filter_map(|stay| {
-        let start = stay.samples.start + skip;
-        let samples = start..stay.samples.end.min(start + most).max(start);
+        let start = (stay.samples.start + skip).min(stay.samples.end);
+        let samples = start..stay.samples.end.min(start + most);
         let values = r.proof_mass[samples.clone()].iter();
         let finite: Vec<f64> = values.copied().filter(|x| x.is_finite()).collect();
         let sum: f64 = finite.iter().sum();

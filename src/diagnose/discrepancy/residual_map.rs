@@ -319,12 +319,12 @@ pub fn marginals(before: &[Sample], after: &[Sample]) -> Vec<Marginal> {
     out
 }
 
-/// How far the worst segments are above the typical one, in units of the scatter expected by chance:
-/// the worst that is not in the same place as an even worse one. What is off in one place alone was
-/// misread there; physics that is missing shows again.
-pub fn largest_segment_excess(fitted: &Fitted) -> f64 {
+/// How far the worst segments of each recording are above the typical one of all, in units of the
+/// scatter expected by chance: the worst, and the worst that is not in the same place.
+pub fn segment_excesses(fitted: &Fitted) -> Vec<(f64, f64)> {
+    let mut worst = vec![(0.0, 0.0); fitted.problem.data.len()];
     let Ok(samples) = samples(fitted) else {
-        return 0.0;
+        return worst;
     };
     let mut all: Vec<(f64, f64, usize)> = Vec::new();
     for group in samples.chunk_by(|a, b| a.segment == b.segment) {
@@ -347,18 +347,15 @@ pub fn largest_segment_excess(fitted: &Fitted) -> f64 {
     // The scatter is measured on the segments themselves.
     let spread = quantile_in_place(&mut deviations, 0.84).max(1.0);
     all.sort_unstable_by(|a, b| off(b).total_cmp(&off(a)));
-    let Some(worst) = all.first().map(|a| a.2) else {
-        return 0.0;
-    };
-    let recording = |segment: usize| fitted.point.segments[segment].recording;
-    let elsewhere = |a: &&(f64, f64, usize)| {
-        a.2.abs_diff(worst) > SAME_PLACE_SEGMENTS || recording(a.2) != recording(worst)
-    };
-    let again = all.iter().find(elsewhere);
-    let again = again.map_or(0.0, |a| off(a).max(0.0) / spread);
-    log::debug!(
-        "segments farthest off, in units of {spread:.2}: {:.1}, elsewhere {again:.1}",
-        off(&all[0]) / spread
-    );
-    again
+    for (k, worst) in worst.iter_mut().enumerate() {
+        let mut own = all
+            .iter()
+            .filter(|a| fitted.point.segments[a.2].recording == k);
+        let Some(first) = own.next() else { continue };
+        let elsewhere = own.find(|a| a.2.abs_diff(first.2) > SAME_PLACE_SEGMENTS);
+        let excess = |a: &(f64, f64, usize)| off(a).max(0.0) / spread;
+        *worst = (excess(first), elsewhere.map_or(0.0, excess));
+    }
+    log::debug!("segments farthest off, in units of {spread:.2}: {worst:.1?}");
+    worst
 }

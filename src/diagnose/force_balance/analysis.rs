@@ -29,6 +29,9 @@ const SMOOTHING_SHARE: f64 = 0.25;
 /// more.
 const SPACING_SHARE: f64 = 0.06;
 
+/// Chi2 per row up to which the slowest mode is worth starting a fit from.
+const TUNED_MAX_CHI2: f64 = 10.0;
+
 /// Most effects that are refined in a round.
 const MAX_REFINED_RIVALS: usize = 3;
 /// Share of the largest gain that an effect's unrefined one must reach for that.
@@ -213,6 +216,8 @@ pub struct BalanceGuide {
     pub rivals: Vec<BalanceRival>,
     /// Whether the scales of the readings differ from recording to recording.
     pub scales_differ: bool,
+    /// The model with its slowest mode as the balance has found it, where little is missing.
+    pub tuned: Option<Model>,
 }
 
 /// What the balance of forces says of `model`: rivals where more than `min_chi2` is left per row of
@@ -232,11 +237,14 @@ pub fn guide(
     };
     let first = known.mode;
     let solved = balance.settle_clocks(&mut known)?;
+    let near = solved.chi2().train_per_row() < TUNED_MAX_CHI2;
+    let tuned = near.then(|| known.mode.tuned(model, &first));
     if solved.chi2().train_per_row() < min_chi2 {
         let scales_differ = do_scales_differ(&balance, (&known, &solved), min_chi2)?;
         return Ok(BalanceGuide {
             rivals: Vec::new(),
             scales_differ,
+            tuned,
         });
     }
     let forms = asked_forms(workspace, model, asked);
@@ -264,6 +272,7 @@ pub fn guide(
     Ok(BalanceGuide {
         rivals: found.into_iter().map(one).collect(),
         scales_differ,
+        tuned,
     })
 }
 

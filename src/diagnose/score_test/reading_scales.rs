@@ -69,5 +69,7 @@ pub(crate) fn gain_by_own_scales(fitted: &Fitted, locked: usize) -> Result<f64, 
         }
     }
     let after = gain(&scan);
-    Ok(after.zip(before).map_or(0.0, |(after, before)| after - before))
+    Ok(after
+        .zip(before)
+        .map_or(0.0, |(after, before)| after - before))
 }

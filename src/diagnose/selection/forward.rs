@@ -16,8 +16,8 @@ use crate::diagnose::score_test::reading_scales::{self, gain_by_own_scales};
 use crate::diagnose::shooting::fitted::Fitted;
 use crate::diagnose::shooting::workspace::Workspace;
 use crate::diagnose::thresholds::{
-    FURTHER_MIN_SHARE, HELD_GAIN, HELD_OUT_ODD_RATIO, MISLED_MIN_CHI2_RATIO, OWN_SCALES_MIN_GAIN, RECOVERED_MIN_SHARE,
-    REVIEW_MIN_CHI2_RATIO, SET_ASIDE_REVIEW_SHARE,
+    FURTHER_MIN_SHARE, HELD_GAIN, HELD_OUT_ODD_RATIO, MISLED_MIN_CHI2_RATIO, OWN_SCALES_MIN_GAIN,
+    RECOVERED_MIN_SHARE, REVIEW_MIN_CHI2_RATIO, SET_ASIDE_REVIEW_SHARE,
 };
 use crate::model::effects::EffectSpec;
 
