@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::{ForceBalance, force_balance, forces_without};
+use super::{ForceBalance, force_balance, forces_without, guide};
 use crate::diagnose::diagnosis::{Absorbed, BalanceCurve, ForceCurve, Quantity};
 use crate::diagnose::options::DiagnoseOptions;
 use crate::diagnose::report::ground::law_through;
-use crate::diagnose::test_support::{QUIET, parts_of, workspace_of};
+use crate::diagnose::test_support::{QUIET, parts_of, workspace, workspace_of};
 use crate::fit::Part;
 use crate::model::drive::Waveform;
 use crate::model::effects::{ActiveEffect, find};
@@ -284,4 +284,39 @@ fn a_free_mass_shows_the_whole_drag() {
     let far = points.zip(&c.curve.std_error);
     let far = far.filter(|((v, f), e)| (*f + drag * *v * v.abs()).abs() > 3.0 * **e);
     assert!(far.count() <= 1, "{c:?}");
+}
+
+/// Samples of a hop within a flight.
+const HOP_SAMPLES: usize = 12;
+
+#[test]
+fn a_hop_that_was_overlooked_does_not_pass_for_a_force() {
+    let paper = Preset::embedded("paper").unwrap().model;
+    let parts = parts_of(&paper, &FITTED, 50e3, 20e-9);
+    let whole = guide(&workspace(&parts), &paper, &|_| true, 2.0).unwrap();
+    assert!(whole.rivals.is_empty());
+    // A hop of a quarter of a millisecond, at a tenth of a metre per second.
+    let kicked = parts.iter().enumerate().map(|(k, part)| {
+        let r = &part.recording;
+        let mut xp = r.proof_mass.clone();
+        if k == 0 {
+            let from = xp.len() / 3;
+            let interval = r.interval();
+            for (i, x) in xp.iter_mut().enumerate().skip(from).take(HOP_SAMPLES) {
+                let t = (i - from) as f64 * interval;
+                *x += 1e-1 * t * (1.0 - t / (HOP_SAMPLES as f64 * interval));
+            }
+        }
+        let made = Recording::new(
+            r.name.clone(),
+            r.time.clone(),
+            r.voltage.clone(),
+            xp,
+            r.cantilever.clone(),
+        );
+        Part::whole(Arc::new(made.unwrap()))
+    });
+    let kicked: Vec<Part> = kicked.collect();
+    let found = guide(&workspace(&kicked), &paper, &|_| true, 2.0).unwrap();
+    assert!(found.rivals.is_empty() && !found.scales_differ, "{found:?}");
 }

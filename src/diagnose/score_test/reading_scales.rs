@@ -73,3 +73,72 @@ pub(crate) fn gain_by_own_scales(fitted: &Fitted, locked: usize) -> Result<f64, 
         .zip(before)
         .map_or(0.0, |(after, before)| after - before))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::reading_scales::*;
+    use crate::diagnose::force_balance::guide;
+    use crate::diagnose::test_support::{QUIET, parts_of, workspace};
+    use crate::fit::Part;
+    use crate::model::effects::{ActiveEffect, find};
+    use crate::model::preset::Preset;
+    use crate::model::{Model, with_effect};
+    use crate::recording::Recording;
+
+    const DRIVES: [(&str, f64); 3] = [
+        ("square:40Hz:8V", 0.06),
+        ("sine:50Hz:7V", 0.06),
+        ("ramped:15Hz:8V:0.3", 0.1),
+    ];
+
+    /// Recordings of a device, each read with a scale of its own.
+    fn read_with(scales: [f64; 3], device: &Model) -> Vec<Part> {
+        let parts = parts_of(device, &DRIVES, 25e3, 20e-9);
+        let scaled = parts.iter().zip(scales).map(|(part, scale)| {
+            let r = &part.recording;
+            let times = |x: &Vec<f64>| -> Vec<f64> { x.iter().map(|x| scale * x).collect() };
+            let (xp, xc) = (times(&r.proof_mass), r.cantilever.as_ref().map(times));
+            let made = Recording::new(r.name.clone(), r.time.clone(), r.voltage.clone(), xp, xc);
+            Part::whole(Arc::new(made.unwrap()))
+        });
+        scaled.collect()
+    }
+
+    fn paper() -> Model {
+        Preset::embedded("paper").unwrap().model
+    }
+
+    #[test]
+    fn scales_that_differ_are_seen_by_the_balance_and_by_the_score() {
+        let parts = read_with([1.0, 1.006, 0.995], &paper());
+        let workspace = workspace(&parts);
+        let found = guide(&workspace, &paper(), &|_| true, 2.0).unwrap();
+        assert!(found.scales_differ && found.rivals.is_empty(), "{found:?}");
+        let equal = workspace.baseline(&paper(), &QUIET).unwrap();
+        let gain = gain_by_own_scales(&equal, 0).unwrap();
+        assert!(are_equal(&equal.problem) && gain > 1e3, "{gain}");
+        let freed = workspace.with_own_scales();
+        let own = freed
+            .fit(&equal.model, &[], &[], &equal, 12, &QUIET)
+            .unwrap();
+        assert!(has_own_scales(&own.problem) && !are_equal(&own.problem));
+        assert!(own.per_value() < 1.05, "{}", own.per_value());
+        let most = largest_difference(&own);
+        assert!((0.004..0.008).contains(&most), "{most}");
+    }
+
+    #[test]
+    fn equal_scales_stay_equal_whether_or_not_a_force_is_missing() {
+        let drag = ActiveEffect {
+            spec: find("quadratic_drag").unwrap(),
+            values: vec![1e-7, 0.0],
+        };
+        for device in [paper(), with_effect(&paper(), drag)] {
+            let workspace = workspace(&read_with([1.0; 3], &device));
+            let found = guide(&workspace, &paper(), &|_| true, 2.0).unwrap();
+            assert!(!found.scales_differ);
+        }
+    }
+}
