@@ -56,6 +56,14 @@ pub struct FreeNuisance {
     pub sigma: f64,
 }
 
+impl FreeNuisance {
+    /// Whether single ones may lie far beyond their prior. A clock may be off by a mistake; a scale
+    /// that may leave its prior takes what a missing force does.
+    pub(crate) fn has_outliers(&self) -> bool {
+        !matches!(self.what, Nuisance::ScaleP | Nuisance::ScaleC)
+    }
+}
+
 /// A recording made ready.
 #[derive(Debug, Clone)]
 pub struct Data {

@@ -57,7 +57,7 @@ impl Problem {
                 PriorRow {
                     slopes: vec![(first + i, slope)],
                     value: slope * x[first + i] - n.mean / n.sigma,
-                    is_robust: true,
+                    is_robust: n.has_outliers(),
                 }
             })
             .collect();
@@ -75,7 +75,14 @@ impl Problem {
         let nuisances = self.nuisances.iter().zip(&x[first..]);
         let own = nuisances.filter(|(n, _)| n.sigma.is_finite());
         let of_nuisances: f64 = own
-            .map(|(n, x)| huber.cost((x * n.unit - n.mean) / n.sigma))
+            .map(|(n, x)| {
+                let off = (x * n.unit - n.mean) / n.sigma;
+                if n.has_outliers() {
+                    huber.cost(off)
+                } else {
+                    off * off
+                }
+            })
             .sum();
         of_nuisances + self.known_cost(x)
     }
