@@ -12,7 +12,7 @@ use crate::fit::problem::{FreeNuisance, Nuisance, Problem};
 use crate::sim::SimError;
 
 /// Standard deviation of a scale while all are taken as one.
-pub(crate) const EQUAL_SCALE_SIGMA: f64 = 1e-7;
+pub(crate) const EQUAL_SCALE_SIGMA: f64 = 1e-5;
 /// Standard deviation of a scale that differs from recording to recording.
 pub(crate) const OWN_SCALE_SIGMA: f64 = 0.01;
 
