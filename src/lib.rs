@@ -8,6 +8,7 @@
 //! | [`app`] | the window: workspaces, plots, files, undo | [`app::state`] |
 //! | [`trial`] | sealed benchmark: devices with a concealed effect, by another solver | [`trial::Case`] |
 //! | [`diagnose`] | what a model leaves out: where, what, how much, and the proof | `diagnose/pipeline.rs` |
+//! | [`explore`](mod@explore) | steady states and their measures, over drives and coefficients | [`explore::steady_state`] |
 //! | [`fit`](mod@fit) | parameters with standard errors from recordings | [`fit::fit()`] |
 //! | [`recording`] | measurements: CSV, noise, events, features; no model | [`recording::Recording`] |
 //! | [`sim`] | the hybrid simulator: flight, events, contact | [`sim::simulate`] |
@@ -31,6 +32,7 @@ pub mod app;
 mod atomic_write;
 pub mod cli;
 pub mod diagnose;
+pub mod explore;
 pub mod fit;
 pub mod model;
 #[cfg(feature = "gui")]

@@ -7,7 +7,7 @@ use super::source::{Tree, is_test, line, words};
 use super::uses::{Modules, module, uses};
 
 /// The floors, from the bottom up.
-const FLOORS: [&str; 11] = [
+const FLOORS: [&str; 12] = [
     "atomic_write",
     "part_files",
     "static_text",
@@ -15,6 +15,7 @@ const FLOORS: [&str; 11] = [
     "sim",
     "recording",
     "fit",
+    "explore",
     "diagnose",
     "trial",
     "app",
