@@ -1,10 +1,17 @@
 //! What a steady state is asked for.
 
 use super::error::SteadyError;
+use crate::model::Model;
+use crate::model::parameter::ParameterId;
 use crate::sim::Options;
 
 /// Largest multiple of the period that can be asked for; each costs memory and comparisons.
 const LARGEST_MULTIPLE: usize = 64;
+
+/// Local error of a step of a map, as a share of the height of the zero position over the ground.
+const MAP_STEP_ERROR: f64 = 2e-6;
+/// Recurrence of a map.
+const MAP_RECURRENCE: f64 = 1e-5;
 
 /// How a steady state is searched. All tolerances are relative.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,10 +55,22 @@ impl Default for SteadyOptions {
 }
 
 impl SteadyOptions {
-    /// Those of a map of many points: no multipliers, fewer periods.
+    /// Those of a map of many points for devices like `model`: no multipliers, fewer periods, and an
+    /// accuracy that no picture shows the limits of.
     #[must_use]
-    pub fn for_maps() -> Self {
+    pub fn for_maps(model: &Model) -> Self {
+        let usual = Options::default();
+        let height = if model.has_ground {
+            model.parameters[ParameterId::Dp].abs()
+        } else {
+            0.0
+        };
         Self {
+            simulator: Options {
+                tolerance: usual.tolerance.max(MAP_STEP_ERROR * height),
+                ..usual
+            },
+            recurrence: MAP_RECURRENCE,
             multipliers: false,
             max_periods: 200,
             chaos_periods: 0,

@@ -10,6 +10,10 @@ use crate::sim::MotionState;
 /// roundings of the simulation.
 const ROUNDING_SHARE: f64 = 1e-2;
 
+/// A response of several periods is not one of fewer if its state then is farther away than so many
+/// tolerances.
+const DISTINCT_TOLERANCES: f64 = 30.0;
+
 /// A number of periods after which states come back, and how closely.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Recurrence {
@@ -129,10 +133,17 @@ impl History {
         })
     }
 
-    /// The fewest periods after which the response repeats within `tolerance`.
+    /// The fewest periods after which the response repeats within `tolerance`, once it is clear that
+    /// it does not after fewer.
     pub fn found(&self, tolerance: f64) -> Option<Recurrence> {
-        let all = (1..=self.max_multiple).filter_map(|n| self.recurrence(n));
-        all.into_iter().find(|r| r.is_within(tolerance))
+        let mut all = (1..=self.max_multiple).filter_map(|n| self.recurrence(n));
+        let found = all.find(|r| r.is_within(tolerance))?;
+        let parts = (1..found.multiple).filter(|m| found.multiple.is_multiple_of(*m));
+        let apart = parts.filter_map(|m| self.recurrence(m));
+        let nearest = apart.fold(f64::INFINITY, |a, r| a.min(r.distance));
+        let is_clear = nearest > DISTINCT_TOLERANCES * tolerance
+            || found.distance <= ROUNDING_SHARE * tolerance;
+        is_clear.then_some(found)
     }
 
     /// The recurrence that comes closest.

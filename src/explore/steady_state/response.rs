@@ -104,6 +104,8 @@ pub struct Cycle {
     pub ground_level: f64,
     /// Mass that an impulse on the proof mass moves \[kg\].
     pub impact_mass: f64,
+    /// Whether the mass sinks into the ground: it then arrives without an impact.
+    pub has_compliant_ground: bool,
 }
 
 impl Cycle {

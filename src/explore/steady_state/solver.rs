@@ -6,7 +6,7 @@ use super::error::SteadyError;
 use super::grazing::Grazing;
 use super::options::SteadyOptions;
 use super::recurrence::{History, Recurrence};
-use super::response::{Aperiodicity, Method, ResponseKind, Stability, SteadyResponse};
+use super::response::{Aperiodicity, Cycle, Method, ResponseKind, Stability, SteadyResponse};
 use super::shooting::{FixedPoint, LocalMap};
 use super::stroboscope::{PeriodRecord, Stroboscope};
 use crate::model::Model;
@@ -322,7 +322,7 @@ impl SteadySolver {
     fn answer(
         &self,
         kind: ResponseKind,
-        cycle: Option<super::Cycle>,
+        cycle: Option<Cycle>,
         method: Method,
         (residual, stability, grazing): (f64, Stability, Grazing),
         periods_followed: usize,

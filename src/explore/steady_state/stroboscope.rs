@@ -113,6 +113,7 @@ impl Stroboscope {
             }
         }
         self.runner.restore(&own)?;
+        self.next += 1;
         let (x, _) = self.runner.mass_in(&own);
         let ground = self.runner.ground_level(time);
         if x < ground && own.sunk.is_none() {
@@ -194,6 +195,7 @@ impl Stroboscope {
             least_hold_share: f64::INFINITY,
             ground_level,
             impact_mass: self.runner.impact_mass(),
+            has_compliant_ground: self.runner.has_compliant_ground(),
             start,
         };
         // A flight over a strobe goes on; the last one leads to the first arrival again.

@@ -154,7 +154,7 @@ impl Runner {
         self.touch = Some(Touch { level, since });
         Sink::open_contact(trace, since, since);
         let pull = self.pull_if_held();
-        self.note_arrival(v, pull, self.threshold(0.0, level));
+        self.note_arrival(v, f64::INFINITY);
         self.report(trace, EventKind::Stick, [v; 2], pull, 0.0)
     }
 
@@ -176,10 +176,11 @@ impl Runner {
         let after = -self.device.restitution(-before) * before;
         self.place(level, after);
         let pull = self.pull_if_held();
-        self.note_arrival(before, pull, self.threshold(0.0, level));
+        let threshold = self.threshold(0.0, level);
+        self.note_arrival(before, self.device.bounce_share(after, pull, threshold));
         let resolved = self.options.tolerance.max(LEVEL_SLACK * level.abs());
         let rebounds = self.device.rebounds((-before, after), -pull, resolved);
-        if rebounds || pull > self.threshold(0.0, level) {
+        if rebounds || pull > threshold {
             self.sliding = 1.0;
             return self.report(trace, EventKind::Impact, [before, after], pull, 0.0);
         }

@@ -20,10 +20,9 @@ pub struct Arrival {
     pub speed: f64,
     /// Largest speed since it left the ground [m/s], or since the record began.
     pub fastest: f64,
-    /// Pull-off force less adhesion right after the arrival \[N\].
-    pub excess_pull: f64,
-    /// Adhesion at touch \[N\].
-    pub threshold: f64,
+    /// How clearly the mass bounces or sticks, from 0: what decides apart from its limit, as a share
+    /// of both together; infinite where nothing is to be decided.
+    pub decision_share: f64,
 }
 
 /// What forces do over a record. Losses are positive where motion loses energy.

@@ -201,8 +201,8 @@ impl Runner {
         self.segment.end.min(self.stop)
     }
 
-    /// Whether what acts on the device, but for the drive, repeats after `period` \[s\] from `from`
-    /// on; else the name of what does not.
+    /// Checks that what acts on the device, but for the drive, repeats after `period` \[s\] from
+    /// `from` on.
     ///
     /// # Errors
     /// What depends on time otherwise.
@@ -259,6 +259,11 @@ impl Runner {
     /// Level of the ground at `t` \[m\]; minus infinity without one.
     pub fn ground_level(&self, t: f64) -> f64 {
         self.device.ground_level(t)
+    }
+
+    /// Whether the mass sinks into the ground.
+    pub fn has_compliant_ground(&self) -> bool {
+        self.device.is_compliant()
     }
 
     /// Mass that an impulse on the proof mass moves \[kg\].

@@ -123,16 +123,15 @@ impl Runner {
         (at, displacement)
     }
 
-    /// Notes the arrival of the mass with velocity `v` [m/s] and the pull-off force that follows.
-    pub(super) fn note_arrival(&mut self, v: f64, pull: f64, threshold: f64) {
+    /// Notes the arrival of the mass with velocity `v` [m/s]; see [`Arrival::decision_share`].
+    pub(super) fn note_arrival(&mut self, v: f64, decision_share: f64) {
         let time = self.t;
         if let Some(notes) = &mut self.watch {
             notes.arrivals.push(Arrival {
                 time,
                 speed: v.abs(),
                 fastest: notes.fastest_since_arrival.max(v.abs()),
-                excess_pull: pull - threshold,
-                threshold,
+                decision_share,
             });
             notes.fastest_since_arrival = 0.0;
         }
