@@ -65,7 +65,12 @@ pub struct MeasureSpec {
 }
 
 /// A row; `text` is id, name, unit and meaning.
-const fn row(measure: MeasureId, text: [&'static str; 4], drawn: Drawn, basis: Basis) -> MeasureSpec {
+const fn row(
+    measure: MeasureId,
+    text: [&'static str; 4],
+    drawn: Drawn,
+    basis: Basis,
+) -> MeasureSpec {
     let [id, name, unit, meaning] = text;
     MeasureSpec {
         measure,
@@ -86,103 +91,188 @@ pub const MEASURES: [MeasureSpec; 17] = {
     [
         row(
             M::Regime,
-            ["regime", "regime", "", "how the mass meets the ground in one cycle"],
+            [
+                "regime",
+                "regime",
+                "",
+                "how the mass meets the ground in one cycle",
+            ],
             Category,
             Events,
         ),
         row(
             M::Multiple,
-            ["multiple", "periods of the response", "", "periods of the drive after which the response repeats"],
+            [
+                "multiple",
+                "periods of the response",
+                "",
+                "periods of the drive after which the response repeats",
+            ],
             Count,
             Events,
         ),
         row(
             M::ContactShare,
-            ["contact_share", "contact share", "", "share of the time in contact (duty factor); bounces off a rigid ground take no time"],
+            [
+                "contact_share",
+                "contact share",
+                "",
+                "share of the time in contact (duty factor); bounces off a rigid ground take no time",
+            ],
             Linear,
             Events,
         ),
         row(
             M::ContactDuration,
-            ["contact_duration", "contact duration", "s", "mean length of a contact that is no bounce"],
+            [
+                "contact_duration",
+                "contact duration",
+                "s",
+                "mean length of a contact that is no bounce",
+            ],
             Linear,
             Events,
         ),
         row(
             M::Bounces,
-            ["bounces", "bounces", "1/period", "bounces a period of the drive"],
+            [
+                "bounces",
+                "bounces",
+                "1/period",
+                "bounces a period of the drive",
+            ],
             Linear,
             Events,
         ),
         row(
             M::Peak,
-            ["peak", "peak-to-peak displacement", "m", "highest less lowest displacement of the proof mass"],
+            [
+                "peak",
+                "peak-to-peak displacement",
+                "m",
+                "highest less lowest displacement of the proof mass",
+            ],
             Linear,
             Events,
         ),
         row(
             M::FirstImpactSpeed,
-            ["impact_speed_first", "first impact speed", "m/s", "speed of the arrival that ends the longest flight of the cycle"],
+            [
+                "impact_speed_first",
+                "first impact speed",
+                "m/s",
+                "speed of the arrival that ends the longest flight of the cycle",
+            ],
             Linear,
             Events,
         ),
         row(
             M::LargestImpactSpeed,
-            ["impact_speed_max", "largest impact speed", "m/s", "largest speed of arrival"],
+            [
+                "impact_speed_max",
+                "largest impact speed",
+                "m/s",
+                "largest speed of arrival",
+            ],
             Linear,
             Events,
         ),
         row(
             M::MeanGroundForce,
-            ["ground_force_mean", "mean ground force", "N", "force of the ground on the mass, mean over the cycle with impacts; positive is up"],
+            [
+                "ground_force_mean",
+                "mean ground force",
+                "N",
+                "force of the ground on the mass, mean over the cycle with impacts; positive is up",
+            ],
             Linear,
             Integrals,
         ),
         row(
             M::PullOffForce,
-            ["pull_off_force", "pull-off force", "N", "largest pull-off force at a release"],
+            [
+                "pull_off_force",
+                "pull-off force",
+                "N",
+                "largest pull-off force at a release",
+            ],
             Linear,
             Events,
         ),
         row(
             M::EnergyLost,
-            ["energy_lost", "energy lost", "J/period", "what impacts, film, structure, friction and a compliant ground take a period of the drive"],
+            [
+                "energy_lost",
+                "energy lost",
+                "J/period",
+                "what impacts, film, structure, friction and a compliant ground take a period of the drive",
+            ],
             Logarithmic,
             Integrals,
         ),
         row(
             M::ImpactLoss,
-            ["impact_loss", "energy lost in impacts", "J/period", "kinetic energy that impacts on a rigid ground take a period of the drive"],
+            [
+                "impact_loss",
+                "energy lost in impacts",
+                "J/period",
+                "kinetic energy that impacts on a rigid ground take a period of the drive",
+            ],
             Logarithmic,
             Events,
         ),
         row(
             M::FilmLoss,
-            ["film_loss", "energy lost in the film", "J/period", "work against the gas film a period of the drive"],
+            [
+                "film_loss",
+                "energy lost in the film",
+                "J/period",
+                "work against the gas film a period of the drive",
+            ],
             Logarithmic,
             Integrals,
         ),
         row(
             M::StructureLoss,
-            ["structure_loss", "energy lost in the structure", "J/period", "what the damping of the modes takes a period of the drive"],
+            [
+                "structure_loss",
+                "energy lost in the structure",
+                "J/period",
+                "what the damping of the modes takes a period of the drive",
+            ],
             Logarithmic,
             Integrals,
         ),
         row(
             M::DriveWork,
-            ["drive_work", "net work of the drive", "J/period", "work of the drive's force a period of the drive; what is lost, but for work of effects"],
+            [
+                "drive_work",
+                "net work of the drive",
+                "J/period",
+                "work of the drive's force a period of the drive; what is lost, but for work of effects",
+            ],
             Logarithmic,
             Integrals,
         ),
         row(
             M::Margin,
-            ["margin", "margin to the next regime", "", "distance to the nearest change of events, from 0 at the change to about 1"],
+            [
+                "margin",
+                "margin to the next regime",
+                "",
+                "distance to the nearest change of events, from 0 at the change to about 1",
+            ],
             Logarithmic,
             Events,
         ),
         row(
             M::LargestMultiplier,
-            ["multiplier", "largest multiplier", "", "largest modulus of the multipliers of the response; 1 is the limit of stability"],
+            [
+                "multiplier",
+                "largest multiplier",
+                "",
+                "largest modulus of the multipliers of the response; 1 is the limit of stability",
+            ],
             Linear,
             Events,
         ),

@@ -54,7 +54,11 @@ impl EnergyBalance {
     pub fn imbalance(&self) -> f64 {
         let (work, lost) = (self.drive_work + self.effect_work, self.lost());
         let size = work.abs().max(lost.abs());
-        if size > 0.0 { (work - lost) / size } else { 0.0 }
+        if size > 0.0 {
+            (work - lost) / size
+        } else {
+            0.0
+        }
     }
 }
 
@@ -108,9 +112,9 @@ pub fn value(
         M::Peak => finite(cycle.span()),
         M::FirstImpactSpeed => contact::first_impact_speed(cycle),
         M::LargestImpactSpeed => contact::largest_impact_speed(cycle),
-        M::MeanGroundForce => integrals.map(|i| {
-            (i.ground_impulse + contact::impact_impulse(cycle)) / cycle.duration
-        }),
+        M::MeanGroundForce => {
+            integrals.map(|i| (i.ground_impulse + contact::impact_impulse(cycle)) / cycle.duration)
+        }
         M::PullOffForce => contact::pull_off_force(cycle),
         M::EnergyLost => energies().map(|e| e.lost()),
         M::ImpactLoss => Some(contact::impact_loss(cycle) / periods),

@@ -56,7 +56,9 @@ fn beside(state: &MotionState) -> MotionState {
 fn closer(state: &MotionState, other: &MotionState, share: f64) -> MotionState {
     let mut between = state.clone();
     let mix = |a: &mut [f64], b: &[f64]| {
-        a.iter_mut().zip(b).for_each(|(a, b)| *a += share * (b - *a));
+        a.iter_mut()
+            .zip(b)
+            .for_each(|(a, b)| *a += share * (b - *a));
     };
     let (a, b) = (&mut between.coordinates, &other.coordinates);
     mix(&mut a.q, &b.q);

@@ -81,13 +81,11 @@ impl Scale {
         let ratio = |part: f64, whole: f64| if part == 0.0 { 0.0 } else { part / whole };
         let passed = later.time - earlier.time;
         let mut worst = match (earlier.phase, later.phase) {
-            (MotionPhase::Flight, MotionPhase::Flight) => {
-                match (earlier.sunk, later.sunk) {
-                    (None, None) => 0.0,
-                    (Some(a), Some(b)) => self.age_change(a.1, b.1, passed),
-                    _ => return f64::INFINITY,
-                }
-            }
+            (MotionPhase::Flight, MotionPhase::Flight) => match (earlier.sunk, later.sunk) {
+                (None, None) => 0.0,
+                (Some(a), Some(b)) => self.age_change(a.1, b.1, passed),
+                _ => return f64::INFINITY,
+            },
             (MotionPhase::Held { since: a, .. }, MotionPhase::Held { since: b, .. }) => {
                 self.age_change(a, b, passed)
             }

@@ -156,8 +156,7 @@ impl History {
     pub fn repeats_events(&self, multiple: usize) -> bool {
         let n = self.records.len();
         n >= 2 * multiple
-            && (n - multiple..n)
-                .all(|i| self.records[i].has_events_of(&self.records[i - multiple]))
+            && (n - multiple..n).all(|i| self.records[i].has_events_of(&self.records[i - multiple]))
     }
 
     /// The last `count` periods.

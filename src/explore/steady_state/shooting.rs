@@ -52,7 +52,11 @@ pub(super) struct LocalMap<'a> {
 
 impl LocalMap<'_> {
     /// Coordinates of a state in which the map can be differentiated.
-    fn pack(&self, state: &MotionState, records: &[PeriodRecord]) -> Result<DVector<f64>, NoJacobian> {
+    fn pack(
+        &self,
+        state: &MotionState,
+        records: &[PeriodRecord],
+    ) -> Result<DVector<f64>, NoJacobian> {
         let ends = records.iter().any(PeriodRecord::has_release);
         let packed = self.scale.pack(state, ends).ok_or(NoJacobian::NotSmooth)?;
         Ok(DVector::from_vec(packed))

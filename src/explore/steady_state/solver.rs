@@ -157,7 +157,8 @@ impl SteadySolver {
                 switched_on,
             } => {
                 if !(0.0..1.0).contains(&switched_on) {
-                    let fault = format!("the phase of switching on, {switched_on}, is not in 0 .. 1");
+                    let fault =
+                        format!("the phase of switching on, {switched_on}, is not in 0 .. 1");
                     return Err(SteadyError::Start(fault));
                 }
                 let ground = self.stroboscope.runner.ground_level(0.0);
@@ -293,7 +294,13 @@ impl SteadySolver {
         };
         let kind = ResponseKind::Periodic { multiple };
         let residual = point.residual;
-        self.answer(kind, cycle, method, (residual, stability, grazing), periods_followed)
+        self.answer(
+            kind,
+            cycle,
+            method,
+            (residual, stability, grazing),
+            periods_followed,
+        )
     }
 
     fn not_periodic(
@@ -306,8 +313,7 @@ impl SteadySolver {
         let grazing = self.grazing(&records);
         let residual = history.closest().map_or(f64::INFINITY, |r| r.distance);
         let periods = self.options.chaos_periods;
-        let exponent =
-            lyapunov_exponent(&mut self.stroboscope, scale, history.latest(), periods)?;
+        let exponent = lyapunov_exponent(&mut self.stroboscope, scale, history.latest(), periods)?;
         let reason = match exponent {
             Some(exponent) if exponent > CHAOTIC_EXPONENT => Aperiodicity::Chaotic { exponent },
             exponent => Aperiodicity::Undetermined { exponent },

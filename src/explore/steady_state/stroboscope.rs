@@ -4,7 +4,9 @@ use super::error::SteadyError;
 use super::response::{Cycle, StrobePoint};
 use crate::model::Model;
 use crate::model::drive::Waveform;
-use crate::sim::{Event, EventKind, Integrals, MotionPhase, MotionState, Notes, Options, Runner, Trace};
+use crate::sim::{
+    Event, EventKind, Integrals, MotionPhase, MotionState, Notes, Options, Runner, Trace,
+};
 
 /// One period of the drive, from strobe to strobe.
 #[derive(Debug, Clone)]
@@ -72,9 +74,9 @@ impl Stroboscope {
         drive.check().map_err(crate::sim::SimError::from)?;
         self.period = drive.period().ok_or(SteadyError::DriveNotPeriodic)?;
         self.device_seconds = 0.0;
-        // A ground that moves once moves before.
-        let moved = self.runner.last_ground_jump().unwrap_or(0.0).max(0.0);
-        let first = (moved / self.period).ceil();
+        // A ground that moves once moves before, and a table has begun.
+        let moved = self.runner.last_ground_jump().unwrap_or(0.0);
+        let first = (moved.max(beginning(drive)) / self.period).ceil();
         let start = (first + switched_on) * self.period;
         self.runner.begin_with(drive, start, initial)?;
         self.runner
@@ -271,6 +273,15 @@ impl Stroboscope {
         result?;
         Ok(notes.integrals.unwrap_or_default())
     }
+}
+
+/// When a drive begins to repeat \[s\]: not before 0.
+fn beginning(drive: &Waveform) -> f64 {
+    let Waveform::Table(table) = drive else {
+        return 0.0;
+    };
+    let points = table.points().and_then(|(times, _)| times.first());
+    points.copied().unwrap_or(0.0).max(0.0)
 }
 
 /// A cycle as a trace with the samples of `options`, times from its start.

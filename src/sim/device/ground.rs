@@ -103,7 +103,11 @@ impl Device {
             }
         };
         // Either rule alone makes it bounce.
-        if pull > threshold { by_pull.max(by_speed) } else { by_speed }
+        if pull > threshold {
+            by_pull.max(by_speed)
+        } else {
+            by_speed
+        }
     }
 
     /// Coefficient of restitution at approach speed `speed` [m/s].

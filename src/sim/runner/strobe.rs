@@ -116,7 +116,9 @@ impl Runner {
         self.z.copy_from_slice(&coordinates.z);
         self.touch = state.sunk.map(|(level, since)| Touch { level, since });
         self.sliding = state.sliding;
-        self.begin_at(state.time);
+        // An edge at that very instant is still to come: memories are brought up to date there.
+        let before = state.time - END_ROUNDINGS * f64::EPSILON * state.time.abs();
+        self.begin_at(state.time, before);
         Ok(())
     }
 
@@ -140,7 +142,7 @@ impl Runner {
         self.z = self.device.settled_states(&rest);
         self.phase = Phase::Flight;
         self.touch = None;
-        self.begin_at(time);
+        self.begin_at(time, time);
         self.set_out();
         Ok(())
     }
@@ -160,10 +162,11 @@ impl Runner {
         Ok(())
     }
 
-    /// Clock, drive and budgets for a run that begins at `time` \[s\].
-    fn begin_at(&mut self, time: f64) {
+    /// Clock, drive and budgets for a run that begins at `time` \[s\], in the segment of the drive at
+    /// `before`.
+    fn begin_at(&mut self, time: f64, before: f64) {
         self.t = time;
-        self.index = self.drive.index_at(time);
+        self.index = self.drive.index_at(before);
         self.whole = self.drive.segment(self.index);
         self.segment = self.device.piece(self.whole, time, &self.z);
         self.samples = SampleRange {

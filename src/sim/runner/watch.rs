@@ -64,9 +64,7 @@ impl Runner {
             points[count] = (s, x, v);
             count += 1;
         }
-        let fastest = points[..count]
-            .iter()
-            .fold(0.0f64, |a, p| a.max(p.2.abs()));
+        let fastest = points[..count].iter().fold(0.0f64, |a, p| a.max(p.2.abs()));
         notes.fastest_since_arrival = notes.fastest_since_arrival.max(fastest);
         notes.top_speed = notes.top_speed.max(fastest);
         for pair in points[..count].windows(2) {
@@ -139,7 +137,14 @@ impl Runner {
 
     /// Notes a step with the mass held at `level` up to fraction `s`; on the ground since `since`
     /// \[s\], or held by friction. `freed` if it ended in a release.
-    pub(super) fn note_held(&mut self, h: f64, s: f64, since: Option<f64>, level: f64, freed: bool) {
+    pub(super) fn note_held(
+        &mut self,
+        h: f64,
+        s: f64,
+        since: Option<f64>,
+        level: f64,
+        freed: bool,
+    ) {
         let Some(mut notes) = self.watch.take() else {
             return;
         };
