@@ -17,6 +17,8 @@ mod trace_cursor;
 
 pub use self::error::{Options, SimError};
 pub use self::runner::Runner;
+pub use self::runner::notes::{Arrival, Integrals, Notes, Turn};
+pub use self::runner::strobe::{MotionPhase, MotionState};
 pub use self::stretch::prescribed_motion::ActingForces;
 pub use self::stretch::propagate::{StepSequence, Stretcher};
 pub use self::stretch::{Points, StretchSimulator, StretchState};

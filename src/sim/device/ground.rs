@@ -79,6 +79,37 @@ impl Device {
         fast && after > 0.0 && rise > resolved
     }
 
+    /// How clearly a mass that would leave with `after` [m/s] bounces or sticks, from 0: what decides
+    /// apart from its limit, as a share of both together. `pull` is the pull-off force \[N\] right
+    /// after, `threshold` the one that frees the mass. Infinite where nothing is to be decided.
+    pub fn bounce_share(&self, after: f64, pull: f64, threshold: f64) -> f64 {
+        let share = |value: f64, limit: f64| {
+            let both = value.abs() + limit.abs();
+            if both > 0.0 {
+                (value - limit).abs() / both
+            } else {
+                0.0
+            }
+        };
+        let by_pull = share(pull, threshold);
+        let by_speed = match self.bounce {
+            BounceRule::PullOff => return by_pull,
+            BounceRule::Restitution(StickSpeed::Given(limit)) => {
+                share(after, self.restitution(limit) * limit)
+            }
+            BounceRule::Restitution(StickSpeed::AdhesionOver(reach)) => {
+                let energy = self.adhesion(0.0).max(0.0) * reach;
+                share(after, (2.0 * energy * self.mobility).sqrt())
+            }
+        };
+        // Either rule alone makes it bounce.
+        if pull > threshold {
+            by_pull.max(by_speed)
+        } else {
+            by_speed
+        }
+    }
+
     /// Coefficient of restitution at approach speed `speed` [m/s].
     pub fn restitution(&self, speed: f64) -> f64 {
         let alpha = self.ground.map_or(0.0, |g| g.alpha);

@@ -154,6 +154,7 @@ impl Runner {
         self.touch = Some(Touch { level, since });
         Sink::open_contact(trace, since, since);
         let pull = self.pull_if_held();
+        self.note_arrival(v, f64::INFINITY);
         self.report(trace, EventKind::Stick, [v; 2], pull, 0.0)
     }
 
@@ -175,9 +176,11 @@ impl Runner {
         let after = -self.device.restitution(-before) * before;
         self.place(level, after);
         let pull = self.pull_if_held();
+        let threshold = self.threshold(0.0, level);
+        self.note_arrival(before, self.device.bounce_share(after, pull, threshold));
         let resolved = self.options.tolerance.max(LEVEL_SLACK * level.abs());
         let rebounds = self.device.rebounds((-before, after), -pull, resolved);
-        if rebounds || pull > self.threshold(0.0, level) {
+        if rebounds || pull > threshold {
             self.sliding = 1.0;
             return self.report(trace, EventKind::Impact, [before, after], pull, 0.0);
         }
@@ -196,11 +199,12 @@ impl Runner {
             return Ok(());
         }
         let h = self.step(trace)?;
-        let end = ((self.segment.end - self.t) / h).min(1.0);
+        let end = ((self.piece_end() - self.t) / h).min(1.0);
         let net = |s: f64| self.held_pull(s, level) + self.reaction(level, 0.0, self.t + s * h);
         let freed = first_below(|s| friction - net(s).abs(), end, 0.0).map(|s| (s, net(s)));
         let s = freed.map_or(end, |(s, _)| s);
         self.emit_held(h, s, None, level, trace);
+        self.note_held(h, s, None, level, freed.is_some());
         self.take_held(h, s, freed.is_none());
         if let Some(touch) = self.touch {
             Sink::open_contact(trace, touch.since, self.t);
@@ -291,10 +295,11 @@ impl Runner {
             return self.release(since, level, pull, trace);
         }
         let h = self.step(trace)?;
-        let end = ((self.segment.end - self.t) / h).min(1.0);
+        let end = ((self.piece_end() - self.t) / h).min(1.0);
         let freed = self.first_release(h, end, since, level);
         let s = freed.map_or(end, |(s, _)| s);
         self.emit_held(h, s, Some(since), level, trace);
+        self.note_held(h, s, Some(since), level, freed.is_some());
         self.take_held(h, s, freed.is_none());
         Sink::open_contact(trace, since, self.t);
         match freed {

@@ -6,8 +6,12 @@ mod contact;
 mod coordinates;
 mod emit;
 mod motion;
+pub(crate) mod notes;
 mod pace;
+pub(crate) mod strobe;
+mod watch;
 
+use self::notes::Notes;
 use self::pace::Pace;
 use super::device::{Device, dot};
 use super::error::{Options, SimError};
@@ -73,6 +77,9 @@ pub struct Runner {
     steps: u64,
     events: u64,
     pace: Pace,
+    /// Instant at which the run stops though the drive goes on \[s\].
+    stop: f64,
+    watch: Option<Box<Notes>>,
 }
 
 impl Runner {
@@ -123,6 +130,8 @@ impl Runner {
             events: 0,
             pace: Pace::of(&device, options, 0.0),
             device,
+            stop: f64::INFINITY,
+            watch: None,
         };
         runner.set_out();
         Ok(runner)
@@ -223,14 +232,18 @@ impl Runner {
     pub fn advance(&mut self, until: f64, trace: &mut Trace) -> Result<(), SimError> {
         self.check_delay()?;
         while self.t <= until {
-            self.enter_segment(trace)?;
-            match self.phase {
-                Phase::Flight => self.fly(trace)?,
-                Phase::Held { since, level } => self.hold(since, level, trace)?,
-                Phase::Stuck { level } => self.rest(level, trace)?,
-            }
+            self.advance_by_step(trace)?;
         }
         Ok(())
+    }
+
+    fn advance_by_step(&mut self, trace: &mut Trace) -> Result<(), SimError> {
+        self.enter_segment(trace)?;
+        match self.phase {
+            Phase::Flight => self.fly(trace),
+            Phase::Held { since, level } => self.hold(since, level, trace),
+            Phase::Stuck { level } => self.rest(level, trace),
+        }
     }
 
     /// Late samples are taken ahead of the time reached, by the delay. Without a last sample
@@ -305,7 +318,11 @@ impl Runner {
 /// Modal state for the initial displacement and velocity. The structure is bent as by a static
 /// force on the mass and moves as after an impulse on it.
 pub(super) fn initial_state(device: &Device) -> (Vec<f64>, Vec<f64>) {
-    let (x0, v0) = device.initial;
+    state_at(device, device.initial)
+}
+
+/// The same for a displacement `x0` \[m\] and a velocity `v0` [m/s].
+fn state_at(device: &Device, (x0, v0): (f64, f64)) -> (Vec<f64>, Vec<f64>) {
     let anchor = &device.held.anchor;
     let v = anchor.iter().map(|a| a * v0).collect();
     let free = device.flight.iter().any(|o| o.omega2 == 0.0);

@@ -11,10 +11,11 @@ use crate::sim::trace::Trace;
 impl Runner {
     /// First level of the table whose step does not end far beyond the segment.
     fn covering_level(&self, tables: &Tables) -> usize {
-        if self.options.fixed_step.is_some() || !self.segment.end.is_finite() {
+        let end = self.piece_end();
+        if self.options.fixed_step.is_some() || !end.is_finite() {
             return 0;
         }
-        tables.covering(self.segment.end - self.t)
+        tables.covering(end - self.t)
     }
 
     fn tables_of(&self, held: bool) -> &Tables {
@@ -99,10 +100,11 @@ impl Runner {
 
     pub(super) fn fly(&mut self, trace: &mut Trace) -> Result<(), SimError> {
         let h = self.step(trace)?;
-        let end = ((self.segment.end - self.t) / h).min(1.0);
+        let end = ((self.piece_end() - self.t) / h).min(1.0);
         let stop = self.first_stop(h, end);
         let s = stop.map_or(end, |(s, _)| s);
         self.emit_flight(h, s, trace);
+        self.note_flight(h, s);
         if s >= 1.0 {
             const LAST: usize = nodes::S - 1;
             self.q.copy_from_slice(self.flight.q_at(LAST));
@@ -149,7 +151,7 @@ impl Runner {
     /// Time at fraction `s` of a step. The end of a segment is reached exactly.
     fn time_after(&self, h: f64, s: f64, whole: bool) -> f64 {
         if whole && s < 1.0 {
-            self.segment.end
+            self.piece_end()
         } else {
             self.t + s * h
         }

@@ -75,6 +75,19 @@ impl Tables {
         self
     }
 
+    /// Takes over what `other` has computed if it is for the same motion.
+    pub fn adopt(&mut self, other: &mut Self) {
+        let same = self.oscillators == other.oscillators
+            && self.rates == other.rates
+            && self.phi_p == other.phi_p
+            && self.phi_d == other.phi_d
+            && self.cross_damping == other.cross_damping
+            && self.lengths == other.lengths;
+        if same {
+            std::mem::swap(&mut self.levels, &mut other.levels);
+        }
+    }
+
     /// Step length of a level \[s\].
     pub fn length(&self, level: usize) -> f64 {
         self.lengths[level]
