@@ -148,7 +148,8 @@ impl LocalMap<'_> {
             let Some(step) = system.lu().solve(&(to - &from)) else {
                 return Ok(None);
             };
-            if !(step.norm() <= LONGEST_STEP) {
+            let length = step.norm();
+            if length.is_nan() || length > LONGEST_STEP {
                 return Ok(None);
             }
             let next = self.scale.unpack((from + step).as_slice(), &start);
@@ -163,7 +164,7 @@ impl LocalMap<'_> {
                     residual: left,
                 }));
             }
-            if !same || !(left < NO_CONVERGENCE * residual) {
+            if !same || left.is_nan() || left >= NO_CONVERGENCE * residual {
                 return Ok(None);
             }
             jacobian = (left < SLOW_CONVERGENCE * residual).then_some(own);

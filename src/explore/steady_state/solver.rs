@@ -219,7 +219,8 @@ impl SteadySolver {
         };
         let cost = multiple * (dimension + MAPS_BESIDE_JACOBIAN);
         let waiting = near.periods_left(self.options.recurrence);
-        let is_cheaper = !(waiting <= cost as f64);
+        // Without a pace the transient does not end by itself.
+        let is_cheaper = waiting.is_nan() || waiting > cost as f64;
         if !is_cheaper || !history.repeats_events(multiple) {
             return Ok(None);
         }

@@ -112,8 +112,19 @@ fn an_oscillator_under_a_square_wave_is_the_closed_form() {
         }
         // A transient of thousands of periods is cut short.
         let slow = zeta < 0.01;
-        assert_eq!(response.method == Method::Shooting, slow);
+        assert!(!slow || response.method == Method::Shooting);
         assert!(!slow || response.periods_followed < 40);
+    }
+}
+
+/// At the top of the period-1 orbit over a table that passes its middle, in the table's frame:
+/// `a sin` and `a cos` are the table's acceleration and `w` times its speed at the impact.
+fn top_of_flight(hertz: f64, amplitude: f64, sine: f64) -> Start<'static> {
+    let w = TAU * hertz;
+    Start::Point {
+        displacement: -0.05 + 0.125 * GRAVITY / (hertz * hertz) + amplitude * sine / (w * w),
+        velocity: amplitude / w,
+        switched_on: 0.0,
     }
 }
 
@@ -140,11 +151,7 @@ fn a_ball_on_a_moving_table_has_the_known_orbit_and_multipliers() {
             ..SteadyOptions::default()
         };
         let mut solver = SteadySolver::new(&model, options).unwrap();
-        let start = Start::Point {
-            displacement: -0.05 + 0.125 * GRAVITY / (hertz * hertz),
-            velocity: amplitude / w,
-            switched_on: 0.0,
-        };
+        let start = top_of_flight(hertz, amplitude, sine);
         let response = solver.solve(&drive, start).unwrap();
         assert_eq!(
             response.kind,
@@ -183,11 +190,9 @@ fn a_ball_doubles_its_period_where_it_is_known_to() {
         let model = ball_on_table(r, share * limit, hertz);
         let drive = Waveform::parse(&format!("sine:{hertz}Hz:1V"), 1.0).unwrap();
         let mut solver = SteadySolver::new(&model, SteadyOptions::default()).unwrap();
-        let start = Start::Point {
-            displacement: -0.05 + 0.125 * GRAVITY / (hertz * hertz),
-            velocity: share * limit / w,
-            switched_on: 0.0,
-        };
+        let amplitude = share * limit;
+        let sine = f64::sqrt(1.0 - (w * speed / amplitude).powi(2));
+        let start = top_of_flight(hertz, amplitude, sine);
         let response = solver.solve(&drive, start).unwrap();
         assert_eq!(
             response.kind,
@@ -221,8 +226,20 @@ fn end_of_run(trace: &Trace, period: f64, periods: usize, end: f64) -> (f64, f64
     let start = end - periods as f64 * period;
     let from = ((start - trace.t0) / trace.dt).ceil() as usize;
     let own = &trace.proof_mass[from..];
-    let high = own.iter().fold(f64::NEG_INFINITY, |a, x| a.max(*x));
-    let low = own.iter().fold(f64::INFINITY, |a, x| a.min(*x));
+    // Parabolas through three samples each.
+    let top = |sign: f64| {
+        let peaks = own.windows(3).map(|w| {
+            let [a, b, c] = [0, 1, 2].map(|i| sign * w[i]);
+            let (slope, bend) = (0.5 * (c - a), a - 2.0 * b + c);
+            if bend < 0.0 && slope.abs() < -bend {
+                b - 0.5 * slope * slope / bend
+            } else {
+                b
+            }
+        });
+        peaks.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let (high, low) = (top(1.0), -top(-1.0));
     let arrives = |kind| matches!(kind, EventKind::Impact | EventKind::Stick);
     let events = trace.events.iter();
     let arrivals = events.filter(|e| arrives(e.kind) && e.time > start && e.time <= end);
@@ -285,7 +302,7 @@ fn answers_agree_with_long_transients_of_random_devices_and_drives() {
         let period = drive.period().unwrap();
         let end = PERIODS * period;
         let options = Options {
-            rate: 2000.0 / period,
+            rate: 2e5,
             ..Options::default()
         };
         let trace = simulate(&model, &drive, end, &options).unwrap();
@@ -302,16 +319,19 @@ fn answers_agree_with_long_transients_of_random_devices_and_drives() {
             "seed {seed}: {drive:?} {:?}",
             response.grazing
         );
-        // A sample misses a peak by its curvature alone: (w dt / 2)^2 / 2 with the ring's w.
-        let missed = (TAU * 623.0 * trace.dt).powi(2) / 8.0;
         let span = cycle.span();
-        let error = ((high - cycle.highest).abs()).max((low - cycle.lowest).abs()) / span;
+        // Between two samples an impact is missed by far more: there the ground is the lowest.
+        let lowest = if arrivals > 0 { -58e-6 } else { low };
+        let error = (high - cycle.highest)
+            .abs()
+            .max((lowest - cycle.lowest).abs())
+            / span;
         assert!(
-            error < 2e-5 + missed,
+            error < 5e-6,
             "seed {seed}: {error} {drive:?} {:?}",
             response.grazing
         );
-        worst = worst.max(error - missed);
+        worst = worst.max(error);
     }
     println!(
         "worst {worst:e}, by shooting {shot}, near grazing {near}, not periodic {aperiodic} of {CASES}"
