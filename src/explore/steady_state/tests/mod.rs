@@ -430,3 +430,50 @@ fn a_late_table_and_a_ground_that_jumped_are_steady_later() {
     let own = there.solve(&drive, Start::Rest).unwrap();
     assert!((own.cycle.highest - late.cycle.highest).abs() < 1e-4 * own.cycle.span());
 }
+
+/// The options of maps on a grid of the paper's drives, against long transients over the same number of
+/// periods.
+#[test]
+fn the_options_of_maps_agree_with_long_transients_on_a_grid() {
+    const GRID: usize = 10;
+    let model = preset("paper");
+    let mut solver = SteadySolver::new(&model, SteadyOptions::for_maps(&model)).unwrap();
+    let (mut worst, mut near, mut differ) = (0.0f64, 0, Vec::new());
+    for k in 0..2 * GRID * GRID {
+        let along = |i: usize| i as f64 / (GRID - 1) as f64;
+        let frequency = 5.0 + 95.0 * along(k / 2 / GRID);
+        let amplitude = 1.0 + 9.0 * along(k / 2 % GRID);
+        let drive = if k % 2 == 0 {
+            Waveform::Sine {
+                frequency,
+                amplitude,
+            }
+        } else {
+            Waveform::Square {
+                frequency,
+                amplitude,
+            }
+        };
+        let response = solver.solve(&drive, Start::Rest).unwrap();
+        let multiple = response.multiple().unwrap();
+        let period = 1.0 / frequency;
+        let end = (0.6 * frequency).ceil().max(8.0) * period;
+        let options = Options {
+            rate: 2e5,
+            ..Options::default()
+        };
+        let trace = simulate(&model, &drive, end, &options).unwrap();
+        let (high, _, arrivals) = end_of_run(&trace, period, multiple, end);
+        let error = (high - response.cycle.highest).abs() / response.cycle.span();
+        if response.grazing.is_near() {
+            near += 1;
+        } else if arrivals != response.cycle.arrivals.len() || error > 1e-3 {
+            differ.push((drive, multiple, error));
+        } else {
+            worst = worst.max(error);
+        }
+    }
+    println!("worst {worst:e}, near grazing {near}, differ {differ:?}");
+    assert!(worst < 2e-5 && near <= 3, "{worst} {near}");
+    assert!(differ.is_empty(), "{differ:?}");
+}
