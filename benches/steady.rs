@@ -2,7 +2,7 @@
 //!
 //! `cargo bench --bench steady --no-default-features`. After criterion's own figures a table gives, for
 //! each kind of drive over 5 to 100 Hz and 1 to 10 V, the processor time of a point, how much device
-//! time it took, and the worst difference of peaks from a run of so many periods.
+//! time it took, and the processor time of the plain transient.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -74,12 +74,12 @@ impl Regime {
     /// The category of a code.
     #[must_use]
     pub fn from_code(code: u32) -> Option<Self> {
-        const BEYOND: u32 = MOST_BOUNCES_TOLD;
+        const LAST_COUNT: u32 = MOST_BOUNCES_TOLD;
         Some(match code {
             0 => Self::NoContact,
             1 => Self::TapsOnce,
-            2..=BEYOND => Self::Bounces(code),
-            _ => match code - BEYOND {
+            2..=LAST_COUNT => Self::Bounces(code),
+            _ => match code - LAST_COUNT {
                 1 => Self::BouncesThenSticks,
                 2 => Self::Sticks,
                 3 => Self::NeverLetsGo,

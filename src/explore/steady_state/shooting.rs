@@ -30,6 +30,27 @@ pub(super) struct FixedPoint {
     pub residual: f64,
 }
 
+impl FixedPoint {
+    /// The same as one of fewer periods, where it is one within `tolerance`.
+    pub fn of_fewest_periods(mut self, scale: &Scale, tolerance: f64) -> Self {
+        let n = self.records.len();
+        let divisors = (1..n).filter(|m| n.is_multiple_of(*m));
+        for m in divisors {
+            let end = self.records[m].start.clone();
+            let residual = scale.distance(&self.start, &end);
+            if residual <= tolerance {
+                self.records.truncate(m);
+                return Self {
+                    residual,
+                    end,
+                    ..self
+                };
+            }
+        }
+        self
+    }
+}
+
 /// Why the map has no Jacobian at a state, or an end of the work.
 pub(super) enum NoJacobian {
     /// Another sequence of events, or another phase, beside it.
@@ -148,7 +169,8 @@ impl LocalMap<'_> {
             let Some(step) = system.lu().solve(&(to - &from)) else {
                 return Ok(None);
             };
-            if !(step.norm() <= LONGEST_STEP) {
+            let length = step.norm();
+            if length.is_nan() || length > LONGEST_STEP {
                 return Ok(None);
             }
             let next = self.scale.unpack((from + step).as_slice(), &start);
@@ -163,7 +185,7 @@ impl LocalMap<'_> {
                     residual: left,
                 }));
             }
-            if !same || !(left < NO_CONVERGENCE * residual) {
+            if !same || left.is_nan() || left >= NO_CONVERGENCE * residual {
                 return Ok(None);
             }
             jacobian = (left < SLOW_CONVERGENCE * residual).then_some(own);

@@ -219,7 +219,8 @@ impl SteadySolver {
         };
         let cost = multiple * (dimension + MAPS_BESIDE_JACOBIAN);
         let waiting = near.periods_left(self.options.recurrence);
-        let is_cheaper = !(waiting <= cost as f64);
+        // Without a pace the transient does not end by itself.
+        let is_cheaper = waiting.is_nan() || waiting > cost as f64;
         if !is_cheaper || !history.repeats_events(multiple) {
             return Ok(None);
         }
@@ -242,28 +243,9 @@ impl SteadySolver {
         if !is_stable || self.grazing(&point.records).is_near() {
             return Ok(None);
         }
-        let fewer = self.fewest_periods(&point, scale);
         self.stroboscope.restore(&point.end)?;
+        let fewer = point.of_fewest_periods(scale, self.options.recurrence);
         Ok(Some(fewer))
-    }
-
-    /// A fixed point of several periods that is one of fewer.
-    fn fewest_periods(&self, point: &FixedPoint, scale: &Scale) -> FixedPoint {
-        let n = point.records.len();
-        let divides = |m: &usize| n.is_multiple_of(*m);
-        for m in (1..n).filter(divides) {
-            let end = &point.records[m].start;
-            let residual = scale.distance(&point.start, end);
-            if residual <= self.options.recurrence {
-                return FixedPoint {
-                    start: point.start.clone(),
-                    records: point.records[..m].to_vec(),
-                    end: end.clone(),
-                    residual,
-                };
-            }
-        }
-        point.clone()
     }
 
     /// The answer for a fixed point.

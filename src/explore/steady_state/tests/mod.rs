@@ -1,4 +1,4 @@
-use std::f64::consts::TAU;
+mod closed_forms;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -33,196 +33,25 @@ fn solve(model: &Model, drive: &str, options: SteadyOptions) -> SteadyResponse {
         .unwrap()
 }
 
-/// A ball on a table that moves as `-a/w^2 sin(w t)`, in the table's frame.
-fn ball_on_table(restitution: f64, acceleration: f64, hertz: f64) -> Model {
-    let mut model = preset("bouncing-ball");
-    model.parameters.set(P::Alpha, restitution);
-    with(
-        &model,
-        "base_vibration",
-        &[("a", acceleration), ("f", hertz), ("phase", 0.0)],
-    )
-}
-
-const GRAVITY: f64 = 9.80665;
-
-/// One mode under a square wave: the force is constant over each half, and motion about the place
-/// where it would rest is a damped rotation.
-#[test]
-fn an_oscillator_under_a_square_wave_is_the_closed_form() {
-    let mut model = preset("paper");
-    model.has_ground = false;
-    model.modes.truncate(1);
-    for (hertz, zeta) in [(70.0, 0.0262), (311.7, 0.0262), (100.0, 1e-3)] {
-        model.parameters.set(P::Zeta1, zeta);
-        let response = solve(
-            &model,
-            &format!("square:{hertz}Hz:7V"),
-            SteadyOptions::default(),
-        );
-        assert_eq!(response.kind, ResponseKind::Periodic { multiple: 1 });
-        let mode = model.structure().modes[0];
-        let (w, decay) = (mode.omega(), mode.zeta * mode.omega());
-        let wd = (w * w - decay * decay).sqrt();
-        let piezo = model.piezo.unwrap();
-        let rest = |voltage: f64, branch| {
-            mode.phi_drive * model.parameters[P::Eta] * piezo.gain(voltage, branch) / (w * w)
-        };
-        use crate::model::piezo::Branch::{Falling, Rising};
-        let (high, low) = (rest(7.0, Rising), rest(-7.0, Falling));
-        // (q - rest, v) after half a period.
-        let h = 0.5 / hertz;
-        let (e, s, c) = ((-decay * h).exp(), (wd * h).sin(), (wd * h).cos());
-        let half = nalgebra::Matrix2::new(
-            e * (c + decay / wd * s),
-            e * s / wd,
-            -e * w * w / wd * s,
-            e * (c - decay / wd * s),
-        );
-        let (a, b) = (
-            nalgebra::Vector2::new(high, 0.0),
-            nalgebra::Vector2::new(low, 0.0),
-        );
-        // x1 = b + H (a + H (x0 - a) - b), and x1 = x0.
-        let identity = nalgebra::Matrix2::identity();
-        let right = b + half * (a - half * a - b);
-        let x0 = (identity - half * half).try_inverse().unwrap() * right;
-        let own = &response.cycle.start.coordinates;
-        let size = (high - low).abs();
-        let tolerance = 3e-6;
-        assert!(
-            (own.q[0] - x0[0]).abs() < tolerance * size,
-            "{hertz}: {} {}",
-            own.q[0],
-            x0[0]
-        );
-        assert!((own.v[0] - x0[1]).abs() < tolerance * size * w, "{hertz}");
-        let Stability::Multipliers(all) = &response.stability else {
-            panic!("{:?}", response.stability)
-        };
-        let modulus = (-decay / hertz).exp();
-        assert_eq!(all.len(), 2);
-        for multiplier in all {
-            assert!(
-                (multiplier.norm() - modulus).abs() < 1e-5,
-                "{multiplier} {modulus}"
-            );
-            let angle = (multiplier.arg().cos() - (wd / hertz).cos()).abs();
-            assert!(angle < 1e-4, "{multiplier}");
-        }
-        // A transient of thousands of periods is cut short.
-        let slow = zeta < 0.01;
-        assert_eq!(response.method == Method::Shooting, slow);
-        assert!(!slow || response.periods_followed < 40);
-    }
-}
-
-/// J. Guckenheimer, P. Holmes, J. Sound Vib. 84 (1982) 173, without their approximation of a high
-/// bounce: the period-1 orbit meets the table where its speed is `g T (1-r) / (2 (1+r))`, and its
-/// multipliers have the product `r^2` and the sum `1 + r^2 - (1+r)^2 a sin(phi) / g`.
-#[test]
-fn a_ball_on_a_moving_table_has_the_known_orbit_and_multipliers() {
-    let (r, hertz) = (0.5, 20.0);
-    let w = TAU * hertz;
-    let speed = 0.5 * GRAVITY / hertz * (1.0 - r) / (1.0 + r);
-    for sine in [0.1, 0.3, 0.5] {
-        // The table's velocity is a/w cos, its acceleration -a sin at the impact.
-        let amplitude = {
-            let cosine = f64::sqrt(1.0 - sine * sine);
-            w * speed / cosine
-        };
-        // The base's acceleration is a sin(w t + phi): the table's own displacement has the
-        // opposite sign.
-        let model = ball_on_table(r, amplitude, hertz);
-        let drive = Waveform::parse(&format!("sine:{hertz}Hz:1V"), 1.0).unwrap();
-        let options = SteadyOptions {
-            max_periods: 2000,
-            ..SteadyOptions::default()
-        };
-        let mut solver = SteadySolver::new(&model, options).unwrap();
-        let start = Start::Point {
-            displacement: -0.05 + 0.125 * GRAVITY / (hertz * hertz),
-            velocity: amplitude / w,
-            switched_on: 0.0,
-        };
-        let response = solver.solve(&drive, start).unwrap();
-        assert_eq!(
-            response.kind,
-            ResponseKind::Periodic { multiple: 1 },
-            "{sine}"
-        );
-        assert_eq!(response.cycle.arrivals.len(), 1, "{sine}");
-        // Relative to the table it arrives with g T / (1 + r).
-        let arrival = GRAVITY / hertz / (1.0 + r);
-        let own = response.cycle.arrivals[0].speed;
-        assert!((own / arrival - 1.0).abs() < 1e-5, "{own} {arrival}");
-        let Stability::Multipliers(all) = &response.stability else {
-            panic!("{:?}", response.stability)
-        };
-        let sum: f64 = all.iter().map(|m| m.re).sum();
-        let product = all[0] * all[1];
-        let expected = 1.0 + r * r - (1.0 + r).powi(2) * amplitude * sine / GRAVITY;
-        assert!((product.re - r * r).abs() < 1e-4, "{product}");
-        assert!(
-            (sum - expected).abs() < 1e-3 * (1.0 + expected.abs()),
-            "{sine}: {sum} {expected}"
-        );
-    }
-}
-
-/// The same orbit loses its stability where the sum of its multipliers reaches `-(1 + r^2)`: two
-/// periods follow.
-#[test]
-fn a_ball_doubles_its_period_where_it_is_known_to() {
-    let (r, hertz) = (0.5, 20.0);
-    let w = TAU * hertz;
-    // a sin = 2 g (1 + r^2) / (1 + r)^2, a cos = w speed.
-    let speed = 0.5 * GRAVITY / hertz * (1.0 - r) / (1.0 + r);
-    let limit = f64::hypot(2.0 * GRAVITY * (1.0 + r * r) / (1.0 + r).powi(2), w * speed);
-    for (share, multiple) in [(0.98, 1), (1.02, 2)] {
-        let model = ball_on_table(r, share * limit, hertz);
-        let drive = Waveform::parse(&format!("sine:{hertz}Hz:1V"), 1.0).unwrap();
-        let mut solver = SteadySolver::new(&model, SteadyOptions::default()).unwrap();
-        let start = Start::Point {
-            displacement: -0.05 + 0.125 * GRAVITY / (hertz * hertz),
-            velocity: share * limit / w,
-            switched_on: 0.0,
-        };
-        let response = solver.solve(&drive, start).unwrap();
-        assert_eq!(
-            response.kind,
-            ResponseKind::Periodic { multiple },
-            "{share}"
-        );
-        assert_eq!(response.cycle.arrivals.len(), multiple);
-        assert!(response.stability.largest_modulus().unwrap() < 1.0);
-    }
-}
-
-#[test]
-fn a_ball_on_a_hard_driven_table_is_chaotic() {
-    // At little loss and many g neighbouring flights part (Holmes, J. Sound Vib. 84 (1982) 173).
-    let model = ball_on_table(0.85, 8.0 * GRAVITY, 20.0);
-    let response = solve(&model, "sine:20Hz:1V", SteadyOptions::default());
-    assert!(
-        matches!(response.kind, ResponseKind::NotPeriodic(Aperiodicity::Chaotic { exponent }) if exponent > 0.1),
-        "{:?}",
-        response.kind
-    );
-    assert_eq!(
-        response.cycle.periods,
-        SteadyOptions::default().kept_periods
-    );
-    assert_eq!(response.cycle.strobes.len(), response.cycle.periods);
-}
-
 /// Extremes of the displacement and numbers of arrivals over the last `periods` of a run.
 fn end_of_run(trace: &Trace, period: f64, periods: usize, end: f64) -> (f64, f64, usize) {
     let start = end - periods as f64 * period;
     let from = ((start - trace.t0) / trace.dt).ceil() as usize;
     let own = &trace.proof_mass[from..];
-    let high = own.iter().fold(f64::NEG_INFINITY, |a, x| a.max(*x));
-    let low = own.iter().fold(f64::INFINITY, |a, x| a.min(*x));
+    // Parabolas through three samples each.
+    let top = |sign: f64| {
+        let peaks = own.windows(3).map(|w| {
+            let [a, b, c] = [0, 1, 2].map(|i| sign * w[i]);
+            let (slope, bend) = (0.5 * (c - a), a - 2.0 * b + c);
+            if bend < 0.0 && slope.abs() < -bend {
+                b - 0.5 * slope * slope / bend
+            } else {
+                b
+            }
+        });
+        peaks.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let (high, low) = (top(1.0), -top(-1.0));
     let arrives = |kind| matches!(kind, EventKind::Impact | EventKind::Stick);
     let events = trace.events.iter();
     let arrivals = events.filter(|e| arrives(e.kind) && e.time > start && e.time <= end);
@@ -285,7 +114,7 @@ fn answers_agree_with_long_transients_of_random_devices_and_drives() {
         let period = drive.period().unwrap();
         let end = PERIODS * period;
         let options = Options {
-            rate: 2000.0 / period,
+            rate: 2e5,
             ..Options::default()
         };
         let trace = simulate(&model, &drive, end, &options).unwrap();
@@ -302,16 +131,19 @@ fn answers_agree_with_long_transients_of_random_devices_and_drives() {
             "seed {seed}: {drive:?} {:?}",
             response.grazing
         );
-        // A sample misses a peak by its curvature alone: (w dt / 2)^2 / 2 with the ring's w.
-        let missed = (TAU * 623.0 * trace.dt).powi(2) / 8.0;
         let span = cycle.span();
-        let error = ((high - cycle.highest).abs()).max((low - cycle.lowest).abs()) / span;
+        // Between two samples an impact is missed by far more: there the ground is the lowest.
+        let lowest = if arrivals > 0 { -58e-6 } else { low };
+        let error = (high - cycle.highest)
+            .abs()
+            .max((lowest - cycle.lowest).abs())
+            / span;
         assert!(
-            error < 2e-5 + missed,
+            error < 5e-6,
             "seed {seed}: {error} {drive:?} {:?}",
             response.grazing
         );
-        worst = worst.max(error - missed);
+        worst = worst.max(error);
     }
     println!(
         "worst {worst:e}, by shooting {shot}, near grazing {near}, not periodic {aperiodic} of {CASES}"
@@ -597,4 +429,51 @@ fn a_late_table_and_a_ground_that_jumped_are_steady_later() {
     let mut there = SteadySolver::new(&moved, SteadyOptions::default()).unwrap();
     let own = there.solve(&drive, Start::Rest).unwrap();
     assert!((own.cycle.highest - late.cycle.highest).abs() < 1e-4 * own.cycle.span());
+}
+
+/// The options of maps on a grid of the paper's drives, against long transients over the same number of
+/// periods.
+#[test]
+fn the_options_of_maps_agree_with_long_transients_on_a_grid() {
+    const GRID: usize = 10;
+    let model = preset("paper");
+    let mut solver = SteadySolver::new(&model, SteadyOptions::for_maps(&model)).unwrap();
+    let (mut worst, mut near, mut differ) = (0.0f64, 0, Vec::new());
+    for k in 0..2 * GRID * GRID {
+        let along = |i: usize| i as f64 / (GRID - 1) as f64;
+        let frequency = 5.0 + 95.0 * along(k / 2 / GRID);
+        let amplitude = 1.0 + 9.0 * along(k / 2 % GRID);
+        let drive = if k % 2 == 0 {
+            Waveform::Sine {
+                frequency,
+                amplitude,
+            }
+        } else {
+            Waveform::Square {
+                frequency,
+                amplitude,
+            }
+        };
+        let response = solver.solve(&drive, Start::Rest).unwrap();
+        let multiple = response.multiple().unwrap();
+        let period = 1.0 / frequency;
+        let end = (0.6 * frequency).ceil().max(8.0) * period;
+        let options = Options {
+            rate: 2e5,
+            ..Options::default()
+        };
+        let trace = simulate(&model, &drive, end, &options).unwrap();
+        let (high, _, arrivals) = end_of_run(&trace, period, multiple, end);
+        let error = (high - response.cycle.highest).abs() / response.cycle.span();
+        if response.grazing.is_near() {
+            near += 1;
+        } else if arrivals != response.cycle.arrivals.len() || error > 1e-3 {
+            differ.push((drive, multiple, error));
+        } else {
+            worst = worst.max(error);
+        }
+    }
+    println!("worst {worst:e}, near grazing {near}, differ {differ:?}");
+    assert!(worst < 2e-5 && near <= 3, "{worst} {near}");
+    assert!(differ.is_empty(), "{differ:?}");
 }
