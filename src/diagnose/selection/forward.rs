@@ -163,8 +163,8 @@ fn search_forward(
         if only.is_none() && little {
             break;
         }
-        if only.is_none() && do_scales_differ(&workspace, &state, options)? {
-            scales_differ = true;
+        scales_differ = only.is_none() && do_scales_differ(&workspace, &state, options)?;
+        if scales_differ {
             break;
         }
         let mut round_scores =
