@@ -58,7 +58,7 @@ pub fn is_possible(services: &Services, command: Command) -> bool {
         Command::Redo => services.history.can_redo(),
         Command::TogglePause | Command::Restart => live,
         Command::Step => live && state.paused,
-        Command::LoadDrive => state.setup.preset.model.piezo.is_some(),
+        Command::LoadDrive | Command::UseDrawnDrive => state.setup.preset.model.piezo.is_some(),
         Command::AutoAlign => !state.setup.overlays.is_empty() && state.snapshot.is_some(),
         Command::SmallMultiples => state.setup.overlays.iter().filter(|o| o.visible).count() > 1,
         Command::RemoveRecording => selected(state).is_some(),
@@ -190,6 +190,13 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         | Command::AcceptDiagnosis
         | Command::Example
         | Command::SealedTrial => super::diagnosis::run(services, ui.ctx(), command),
+        Command::Explore(_)
+        | Command::UseDrawnDrive
+        | Command::DrawTuneDrive
+        | Command::LoadWaveform
+        | Command::SaveWaveform
+        | Command::ExportWaveform
+        | Command::ExportGait => super::explore::run(services, command),
         Command::SaveDiagnosed => services.dialogs.ask_path(Some(Purpose::Diagnosed)),
         Command::ExportReport => services.dialogs.ask_path(Some(Purpose::Report)),
         Command::ExportDiagnosis => services.dialogs.ask_path(Some(Purpose::Diagnosis)),
@@ -278,6 +285,7 @@ pub fn dialogs(services: &mut Services, ui: &mut Ui) {
         Some(Answer::Command(command)) => services.state.ask(command),
         Some(Answer::Open(path)) => services.files.open(path),
         Some(Answer::Drive(path)) => services.files.drive(path),
+        Some(Answer::Waveform(path)) => services.files.drawn(path),
         Some(Answer::Found(id, path)) => {
             if let Some(entry) = services
                 .missing_recordings

@@ -1,6 +1,7 @@
 //! The pictures of the Tune workspace, stacked; each has a file.
 
 pub mod device;
+pub(crate) mod explore;
 mod drive_loop;
 mod event_corners;
 mod forces;

@@ -3,6 +3,7 @@
 use eframe::egui::{Key, KeyboardShortcut, ModifierNames, Modifiers};
 
 use super::drive_choice::Mode;
+use super::explore::ExplorePanel;
 use super::view::Picture;
 use super::workspace_id::WorkspaceId;
 
@@ -109,6 +110,20 @@ pub enum Command {
     Example,
     /// Shows or hides the sealed trial.
     SealedTrial,
+    /// Shows a panel of the Explore workspace.
+    Explore(ExplorePanel),
+    /// The drawn waveform becomes the drive.
+    UseDrawnDrive,
+    /// The drive becomes the drawn waveform.
+    DrawTuneDrive,
+    /// Reads a drawn waveform from its file.
+    LoadWaveform,
+    /// Writes the drawn waveform to its file.
+    SaveWaveform,
+    /// Writes one period of the drawn waveform for a function generator.
+    ExportWaveform,
+    /// Writes the contacts of the gait.
+    ExportGait,
 }
 
 impl Command {
@@ -166,7 +181,14 @@ impl Command {
             Command::ExportDiagnosis,
             Command::Example,
             Command::SealedTrial,
+            Command::UseDrawnDrive,
+            Command::DrawTuneDrive,
+            Command::LoadWaveform,
+            Command::SaveWaveform,
+            Command::ExportWaveform,
+            Command::ExportGait,
         ]);
+        all.extend(ExplorePanel::ALL.map(Command::Explore));
         all.extend(WorkspaceId::ALL.map(Command::Workspace));
         all.extend(Picture::ALL.map(Command::TogglePicture));
         all
@@ -347,6 +369,31 @@ impl Command {
                 "Sealed trial",
                 "The program conceals an effect; guess it, and see whether the diagnosis finds it",
             ),
+            Command::Explore(panel) => (panel.command_name(), panel.help()),
+            Command::UseDrawnDrive => (
+                "Use as the drive in Tune",
+                "Simulate with the drawn waveform in the Tune workspace",
+            ),
+            Command::DrawTuneDrive => (
+                "Draw the drive of Tune",
+                "Take the drive of the Tune workspace as handles; it can be undone",
+            ),
+            Command::LoadWaveform => (
+                "Load waveform...",
+                "Open a drawn waveform that was saved before",
+            ),
+            Command::SaveWaveform => (
+                "Save waveform...",
+                "Save handles, frequency, offset, bursts, grid and limits to a file",
+            ),
+            Command::ExportWaveform => (
+                "Export one period...",
+                "Write one period as the file of a function generator",
+            ),
+            Command::ExportGait => (
+                "Export contacts as CSV...",
+                "Write when each foot is down over the cycle",
+            ),
             Command::Quit => ("Quit", "Quit the program; the session is saved"),
         }
     }
@@ -422,6 +469,7 @@ impl Command {
             Command::FindSlider => plain(Key::Slash),
             Command::Workspace(WorkspaceId::Tune) => ctrl(Key::Num1),
             Command::Workspace(WorkspaceId::Diagnose) => ctrl(Key::Num2),
+            Command::Workspace(WorkspaceId::Explore) => ctrl(Key::Num3),
             Command::TogglePicture(picture) => {
                 let number = [
                     Key::Num1,

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use super::drive_choice::Mode;
+use super::explore::ExplorePanel;
 use super::kept_curve::KeptCurve;
 use super::overlay::OverlayId;
 
@@ -132,6 +133,8 @@ pub struct View {
     pub shown_alone: Option<OverlayId>,
     /// Name of the workspace.
     pub workspace: String,
+    /// The panel of the Explore workspace.
+    pub explore_panel: ExplorePanel,
     /// The only curve that sessions of earlier versions keep. When one is read, the curve goes to
     /// the setup.
     #[serde(rename = "kept", skip_serializing)]
@@ -162,6 +165,7 @@ impl Default for View {
             common_time: false,
             shown_alone: None,
             workspace: "tune".to_owned(),
+            explore_panel: ExplorePanel::default(),
             formerly_kept: None,
         }
     }

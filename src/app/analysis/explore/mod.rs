@@ -1,0 +1,46 @@
+//! Work of the Explore workspace on threads of its own, and what its panels remember.
+
+pub mod drawing;
+pub mod feet;
+pub mod latest;
+pub mod source;
+pub mod steady;
+
+use std::sync::Arc;
+
+use self::drawing::Drawing;
+use self::feet::FeetWork;
+use self::latest::Latest;
+use crate::model::Model;
+
+/// State of the gait panel.
+#[derive(Debug, Clone, Default)]
+pub struct GaitBench {
+    /// Responses of the feet.
+    pub feet: Latest<FeetWork>,
+    /// Whether the feet move.
+    pub plays: bool,
+    /// The moment shown, as a share of the common cycle.
+    pub moment: f64,
+}
+
+/// State of the workspace that neither undo nor a session covers.
+#[derive(Debug, Clone, Default)]
+pub struct Exploring {
+    /// The present device, shared with the threads.
+    pub device: Option<Arc<Model>>,
+    /// The waveform editor.
+    pub drawing: Drawing,
+    /// The gait panel.
+    pub gait: GaitBench,
+}
+
+impl Exploring {
+    /// The present device behind a pointer, the same one as long as it does not change.
+    pub fn device(&mut self, model: &Model) -> Arc<Model> {
+        match &self.device {
+            Some(same) if **same == *model => Arc::clone(same),
+            _ => Arc::clone(self.device.insert(Arc::new(model.clone()))),
+        }
+    }
+}
