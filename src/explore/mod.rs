@@ -8,6 +8,7 @@
 //! | [`gait`] | several feet under one drive, each delayed |
 
 pub mod gait;
+pub mod map;
 pub mod measures;
 pub mod steady_state;
 pub mod waveform;
