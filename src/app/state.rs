@@ -154,6 +154,7 @@ impl State {
         if let Some(job) = &self.diagnosing.trial.making {
             job.cancel();
         }
+        self.exploring.stop();
     }
 
     /// Asks for a command.

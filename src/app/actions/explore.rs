@@ -7,9 +7,9 @@ use crate::app::analysis::explore::source::drive_of;
 use crate::app::dialogs::Target;
 use crate::app::files::atomic_write::write_atomically;
 use crate::app::files::event::Purpose;
+use crate::app::flows::open_case;
 use crate::app::services::Services;
 use crate::app::setup::command::Command;
-use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::explore::{DriveSource, ExplorePanel};
 use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::state::State;
@@ -17,10 +17,6 @@ use crate::app::workspaces::explore::gait_of;
 use crate::explore::gait::contacts_csv;
 use crate::explore::waveform::export::export_file;
 use crate::explore::waveform::{EditableWaveform, save};
-use crate::model::drive::Waveform;
-
-/// Periods of a new drive that the whole span shows at least.
-const SHOWN_PERIODS: f64 = 6.0;
 
 /// Runs a command of the workspace.
 pub fn run(services: &mut Services, command: Command) {
@@ -29,7 +25,7 @@ pub fn run(services: &mut Services, command: Command) {
         Command::Explore(panel) => show(state, panel),
         Command::UseDrawnDrive => match state.setup.explore.drawn.waveform() {
             Ok(drive) => {
-                use_in_tune(state, drive);
+                open_case::open(state, None, drive);
                 services.notice(
                     false,
                     Command::Undo
@@ -63,16 +59,6 @@ pub fn run(services: &mut Services, command: Command) {
 fn show(state: &mut State, panel: ExplorePanel) {
     state.view.workspace = WorkspaceId::Explore.name().to_owned();
     state.view.explore_panel = panel;
-}
-
-/// Makes a periodic waveform the drive of the Tune workspace, and shows it.
-pub fn use_in_tune(state: &mut State, drive: Waveform) {
-    if let Some(period) = drive.period() {
-        state.setup.duration = state.setup.duration.max(SHOWN_PERIODS * period);
-    }
-    state.setup.drive = DriveChoice::Waveform(drive);
-    state.view.workspace = WorkspaceId::Tune.name().to_owned();
-    state.view.time_range = None;
 }
 
 /// Puts a waveform in the place of the drawn one.

@@ -3,14 +3,23 @@
 pub mod drawing;
 pub mod feet;
 pub mod latest;
+pub mod mapping;
+pub mod path_play;
+pub mod robust;
+pub mod run;
 pub mod source;
 pub mod steady;
+pub mod sweeping;
 
 use std::sync::Arc;
 
 use self::drawing::Drawing;
 use self::feet::FeetWork;
 use self::latest::Latest;
+use self::mapping::Mapping;
+use self::path_play::PathPlay;
+use self::robust::Robusting;
+use self::sweeping::{Basins, Orbiting};
 use crate::model::Model;
 
 /// State of the gait panel.
@@ -33,6 +42,16 @@ pub struct Exploring {
     pub drawing: Drawing,
     /// The gait panel.
     pub gait: GaitBench,
+    /// The map panel.
+    pub map: Mapping,
+    /// The orbit panel.
+    pub orbit: Orbiting,
+    /// The basin panel.
+    pub basins: Basins,
+    /// The robustness panel.
+    pub robust: Robusting,
+    /// A path through the map that is being played in Tune.
+    pub playing: Option<PathPlay>,
 }
 
 impl Exploring {
@@ -42,5 +61,14 @@ impl Exploring {
             Some(same) if **same == *model => Arc::clone(same),
             _ => Arc::clone(self.device.insert(Arc::new(model.clone()))),
         }
+    }
+
+    /// Ends the work in progress.
+    pub fn stop(&self) {
+        self.map.run.stop();
+        self.orbit.run.stop();
+        self.basins.run.stop();
+        self.robust.map.stop();
+        self.robust.search.stop();
     }
 }

@@ -77,8 +77,12 @@ impl SteadyWork {
     fn solver(&mut self, model: &Arc<Model>) -> Result<&mut SteadySolver, SteadyError> {
         let solver = match self.prepared.take() {
             Some((same, solver)) if same == *model => solver,
-            Some((_, mut solver)) if solver.set_model(model).is_ok() => solver,
-            _ => SteadySolver::new(model, SteadyOptions::default())?,
+            Some((_, mut solver)) => match solver.set_model(model) {
+                Ok(()) => solver,
+                // Another structure.
+                Err(_) => SteadySolver::new(model, SteadyOptions::default())?,
+            },
+            None => SteadySolver::new(model, SteadyOptions::default())?,
         };
         let (_, solver) = self.prepared.insert((Arc::clone(model), solver));
         Ok(solver)

@@ -2,46 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::sweeps::{
+    BasinChoices, DriveSource, MapChoices, OrbitChoices, RobustnessChoices,
+};
 use crate::explore::gait::{FOOT_COUNTS, GaitPreset};
 use crate::explore::waveform::{DriveLimits, EditableWaveform, SnapGrid};
 use crate::model::drive::{Handle, Handles, Interpolation};
-
-/// Which drive a panel of the workspace starts from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum DriveSource {
-    /// That of the Tune workspace.
-    #[default]
-    Tune,
-    /// The drawn waveform.
-    Drawn,
-}
-
-/// An axis as it is chosen; SI.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct AxisChoice {
-    /// Id of the number that varies.
-    pub id: String,
-    /// First value.
-    pub from: f64,
-    /// Last value.
-    pub to: f64,
-    /// Equal ratios instead of equal differences.
-    pub is_logarithmic: bool,
-}
-
-impl AxisChoice {
-    /// From `from` to `to`.
-    #[must_use]
-    pub fn new(id: &str, (from, to): (f64, f64), is_logarithmic: bool) -> Self {
-        Self {
-            id: id.to_owned(),
-            from,
-            to,
-            is_logarithmic,
-        }
-    }
-}
 
 /// A foot of the gait.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -117,6 +83,14 @@ pub struct ExploreChoices {
     pub drawn: EditableWaveform,
     /// The gait.
     pub gait: GaitChoices,
+    /// The map.
+    pub map: MapChoices,
+    /// The orbit diagram.
+    pub orbit: OrbitChoices,
+    /// The basins.
+    pub basins: BasinChoices,
+    /// The robustness.
+    pub robustness: RobustnessChoices,
 }
 
 impl Default for ExploreChoices {
@@ -124,6 +98,10 @@ impl Default for ExploreChoices {
         Self {
             drawn: first_drawn(),
             gait: GaitChoices::default(),
+            map: MapChoices::default(),
+            orbit: OrbitChoices::default(),
+            basins: BasinChoices::default(),
+            robustness: RobustnessChoices::default(),
         }
     }
 }

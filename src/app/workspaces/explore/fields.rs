@@ -11,6 +11,7 @@ use crate::app::widgets::text::{error_color, small};
 pub const NAME_WIDTH: f32 = 112.0;
 /// Width of a field \[points\].
 const FIELD_WIDTH: f32 = 92.0;
+const NARROW_WIDTH: f32 = 68.0;
 
 /// A named field for a quantity.
 pub struct Row<'a> {
@@ -38,12 +39,30 @@ impl Row<'_> {
 
     /// Draws the field alone.
     pub fn field(&self, ui: &mut Ui, check: impl Fn(f64) -> Option<String>) -> Option<f64> {
+        self.field_of_width(ui, FIELD_WIDTH, check)
+    }
+
+    /// Draws the field alone, where two stand in a row.
+    pub fn narrow_field(
+        &self,
+        ui: &mut Ui,
+        check: impl Fn(f64) -> Option<String>,
+    ) -> Option<f64> {
+        self.field_of_width(ui, NARROW_WIDTH, check)
+    }
+
+    fn field_of_width(
+        &self,
+        ui: &mut Ui,
+        width: f32,
+        check: impl Fn(f64) -> Option<String>,
+    ) -> Option<f64> {
         let field = QuantityField {
             id: Id::unique(("explore field", self.label)),
             label: self.label,
             value: self.value,
             unit: self.unit,
-            width: FIELD_WIDTH,
+            width,
             enabled: true,
         };
         let typed = field.show(ui, check);

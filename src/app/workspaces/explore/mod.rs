@@ -1,9 +1,16 @@
 //! The Explore workspace: how the steady response depends on drive and coefficients, one panel for
 //! each question.
 
+mod axis_picker;
+mod basins;
+mod case;
 mod fields;
 mod gait;
+mod map;
+mod orbit;
+mod progress;
 mod readout;
+mod robustness;
 #[cfg(test)]
 mod tests;
 mod waveform;
@@ -22,12 +29,10 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     CentralPanel::default().show(ui, |ui| match state.view.explore_panel {
         ExplorePanel::Waveform => waveform::show(ui, state),
         ExplorePanel::Gait => gait::show(ui, state),
-        ExplorePanel::Map
-        | ExplorePanel::Orbit
-        | ExplorePanel::Basins
-        | ExplorePanel::Robustness => {
-            ui.weak("not there yet");
-        }
+        ExplorePanel::Map => map::show(ui, state),
+        ExplorePanel::Orbit => orbit::show(ui, state),
+        ExplorePanel::Basins => basins::show(ui, state),
+        ExplorePanel::Robustness => robustness::show(ui, state),
     });
 }
 
