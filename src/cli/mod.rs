@@ -11,6 +11,7 @@ mod output;
 mod read;
 mod reading;
 mod simulate;
+mod sweep;
 mod terminal;
 mod trial;
 mod validate;
@@ -68,6 +69,8 @@ enum Command {
     Diagnose(diagnose::Arguments),
     /// Conceal an effect in synthetic recordings, diagnose them, reveal it and score
     Trial(trial::Arguments),
+    /// Measure the steady response over axes of drive and device, as CSV; in shards, too
+    Sweep(sweep::Arguments),
     /// Diagnose recordings that come with the program, and write a report
     Demo(demo::Arguments),
 }
@@ -86,6 +89,7 @@ pub fn main() -> ExitCode {
         Some(Command::Validate(arguments)) => validate::run(&arguments),
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
         Some(Command::Trial(arguments)) => trial::run(&arguments),
+        Some(Command::Sweep(arguments)) => sweep::run(&arguments),
         Some(Command::Demo(arguments)) => demo::run(&arguments),
         #[cfg(not(feature = "gui"))]
         None => Err(no_window()),

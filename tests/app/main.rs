@@ -3,5 +3,7 @@
 mod commands;
 #[cfg(target_os = "linux")]
 mod outputs;
+#[cfg(unix)]
+mod sweep;
 #[cfg(feature = "gui")]
 mod window;

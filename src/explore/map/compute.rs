@@ -107,7 +107,7 @@ pub fn solve_point(
     cancel: &AtomicBool,
 ) -> Result<(Model, Waveform, SteadyResponse), PointFault> {
     let mut solver = PointSolver::new(request);
-    let (model, _) = solver.setting(index, &[])?;
+    let (model, _) = request.setting(index).map_err(PointFault::Hole)?;
     let go_on = || !cancel.load(Ordering::Relaxed);
     let (response, drive) = solver.response(index, go_on)?;
     Ok((model, drive, response))

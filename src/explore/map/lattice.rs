@@ -118,6 +118,23 @@ impl Lattice {
     }
 }
 
+/// Indices of the points of a map of this shape, each once, in the order of a coarse lattice and ever
+/// finer ones.
+#[must_use]
+pub fn progressive_order(shape: (usize, usize)) -> Vec<Vec<usize>> {
+    let mut is_listed = vec![false; shape.0.saturating_mul(shape.1)];
+    let mut passes = Vec::new();
+    let mut next = Some(Lattice::coarse(shape));
+    while let Some(lattice) = next {
+        let places = lattice.points().into_iter();
+        let all = places.map(|(i, j)| i + j * shape.0);
+        let new = all.filter(|k| !std::mem::replace(&mut is_listed[*k], true));
+        passes.push(new.collect());
+        next = lattice.finer();
+    }
+    passes
+}
+
 /// Places around one, with itself.
 pub(super) fn around(
     (i, j): (usize, usize),

@@ -49,6 +49,7 @@ mod tests;
 pub use self::axis::{Axis, AxisOf};
 pub use self::compute::{compute, compute_points, solve_point};
 pub use self::error::MapError;
+pub use self::lattice::progressive_order;
 pub use self::point::{PointFault, PointSolver};
 pub use self::request::{MapRequest, MapStart, Refinement};
 pub use self::result::{MapPoint, MapResult, MapUpdate, Pass, PointState};

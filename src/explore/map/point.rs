@@ -7,6 +7,7 @@ use crate::explore::steady_state::{Start, SteadyError, SteadyResponse, SteadySol
 use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::model::unit::format_quantity;
+use crate::sim::MotionState;
 
 /// Why a point has no values.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,23 +38,6 @@ impl<'a> PointSolver<'a> {
         }
     }
 
-    /// Device and drive of a point, the device with `changes` after the axes: ids with values.
-    ///
-    /// # Errors
-    /// [`PointFault::Hole`].
-    pub fn setting(
-        &self,
-        index: usize,
-        changes: &[(String, f64)],
-    ) -> Result<(Model, Waveform), PointFault> {
-        let (mut model, drive) = self.request.setting(index).map_err(PointFault::Hole)?;
-        for (id, value) in changes {
-            let set = model.set(id, *value);
-            set.map_err(|error| PointFault::Hole(error.to_string()))?;
-        }
-        Ok((model, drive))
-    }
-
     /// The steady response of a point, with its drive.
     ///
     /// # Errors
@@ -67,7 +51,7 @@ impl<'a> PointSolver<'a> {
         let drive = self.request.drive_at(&values).map_err(PointFault::Hole)?;
         let of_model = self.request.axes.iter().any(|a| a.of == AxisOf::Model);
         if of_model || self.model.is_none() {
-            let (model, _) = self.setting(index, &[])?;
+            let (model, _) = self.request.setting(index).map_err(PointFault::Hole)?;
             self.take_model(model)?;
         }
         let response = self.solve(&drive, go_on)?;
@@ -101,14 +85,22 @@ impl<'a> PointSolver<'a> {
     pub fn solve(
         &mut self,
         drive: &Waveform,
-        mut go_on: impl FnMut() -> bool,
+        go_on: impl FnMut() -> bool,
     ) -> Result<SteadyResponse, PointFault> {
-        let Some(solver) = self.solver.as_mut().filter(|_| self.model.is_some()) else {
-            return Err(PointFault::Hole("there is no device".to_owned()));
-        };
-        let bound = self.request.point_device_seconds;
-        let period = drive.period().unwrap_or(0.0);
-        let start = match self.request.start {
+        self.solve_with(drive, self.request.start, go_on)
+    }
+
+    /// [`Self::solve`] from another start.
+    ///
+    /// # Errors
+    /// [`PointFault`].
+    pub fn solve_with(
+        &mut self,
+        drive: &Waveform,
+        start: MapStart,
+        go_on: impl FnMut() -> bool,
+    ) -> Result<SteadyResponse, PointFault> {
+        let start = match start {
             MapStart::Rest => Start::Rest,
             MapStart::Point {
                 displacement,
@@ -120,6 +112,33 @@ impl<'a> PointSolver<'a> {
                 switched_on,
             },
         };
+        self.follow(drive, start, go_on)
+    }
+
+    /// [`Self::solve`] from a state at the strobe of another response.
+    ///
+    /// # Errors
+    /// [`PointFault`].
+    pub fn solve_from(
+        &mut self,
+        drive: &Waveform,
+        state: &MotionState,
+        go_on: impl FnMut() -> bool,
+    ) -> Result<SteadyResponse, PointFault> {
+        self.follow(drive, Start::State(state), go_on)
+    }
+
+    fn follow(
+        &mut self,
+        drive: &Waveform,
+        start: Start<'_>,
+        mut go_on: impl FnMut() -> bool,
+    ) -> Result<SteadyResponse, PointFault> {
+        let Some(solver) = self.solver.as_mut().filter(|_| self.model.is_some()) else {
+            return Err(PointFault::Hole("there is no device".to_owned()));
+        };
+        let bound = self.request.point_device_seconds;
+        let period = drive.period().unwrap_or(0.0);
         let time = |seconds| format_quantity(seconds, "s", 3);
         if period > bound {
             return Err(PointFault::Hole(format!(
@@ -144,6 +163,23 @@ impl<'a> PointSolver<'a> {
             }
             other => other.map_err(fault),
         }
+    }
+
+    /// Largest Lyapunov exponent \[1/period\] of a response that was just solved.
+    ///
+    /// # Errors
+    /// [`PointFault`].
+    pub fn lyapunov_exponent(
+        &mut self,
+        drive: &Waveform,
+        response: &SteadyResponse,
+        periods: usize,
+    ) -> Result<Option<f64>, PointFault> {
+        let Some(solver) = &mut self.solver else {
+            return Err(PointFault::Hole("there is no device".to_owned()));
+        };
+        let found = solver.lyapunov_exponent(drive, response, periods);
+        found.map_err(fault)
     }
 
     /// Values of measures for a response that was just solved, NaN where it has none.
