@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::app::analysis::explore::drawing::from_drive;
 use crate::app::analysis::explore::source::drive_of;
 use crate::app::dialogs::Target;
+use crate::app::export::map_csv;
 use crate::app::files::atomic_write::write_atomically;
 use crate::app::files::event::Purpose;
 use crate::app::flows::open_case;
@@ -50,6 +51,7 @@ pub fn run(services: &mut Services, command: Command) {
             let format = state.exploring.drawing.format;
             services.dialogs.ask_path(Some(Purpose::Generator(format)));
         }
+        Command::ExportMap => services.dialogs.ask_path(Some(Purpose::Map)),
         Command::ExportGait => services.dialogs.ask_path(Some(Purpose::GaitContacts)),
         _ => {}
     }
@@ -89,6 +91,14 @@ pub fn write(state: &State, purpose: Purpose, path: &Path) -> Result<(), String>
         }
         Purpose::GaitContacts => {
             let text = contacts_csv(&gait_of(state)?);
+            write_atomically(path, text.as_bytes()).map_err(|error| error.to_string())
+        }
+        Purpose::Map => {
+            let run = &state.exploring.map.run;
+            let (Some(request), Some(growing)) = (run.asked(), run.growing()) else {
+                return Err("there is no map yet; open the Map panel".to_owned());
+            };
+            let text = map_csv::text(request, &growing.lock().answer);
             write_atomically(path, text.as_bytes()).map_err(|error| error.to_string())
         }
         _ => Err("this is written elsewhere".to_owned()),

@@ -45,6 +45,7 @@ const MENUS: [Menu; 5] = [
         &[&[
             Command::SetMode(Mode::WholeSpan),
             Command::SetMode(Mode::Live),
+            Command::SteadyState,
             Command::TogglePause,
             Command::Step,
             Command::Restart,
@@ -88,6 +89,7 @@ const MENUS: [Menu; 5] = [
                 Command::LoadWaveform,
                 Command::SaveWaveform,
                 Command::ExportWaveform,
+                Command::ExportMap,
                 Command::ExportGait,
             ],
         ],
@@ -196,6 +198,7 @@ fn items(services: &mut Services, ui: &mut Ui, commands: &[Command]) {
                 services.state.view.recording_layout == RecordingLayout::SmallMultiples
             }
             Command::SetMode(mode) => services.state.view.mode == mode,
+            Command::SteadyState => services.state.view.from_steady,
             Command::Workspace(id) => services.state.view.workspace == id.name(),
             _ => false,
         };

@@ -84,7 +84,7 @@ fn write(
             let snapshot = state.snapshot.as_ref().ok_or(MISSING_RUN_REASON)?;
             write_atomically(path, &export::trace_csv::text(snapshot)?).map_err(|e| text(&e))
         }
-        Purpose::Waveform | Purpose::Generator(_) | Purpose::GaitContacts => {
+        Purpose::Waveform | Purpose::Generator(_) | Purpose::GaitContacts | Purpose::Map => {
             explore::write(state, purpose, path)
         }
         Purpose::Events => events_csv::write(path, &trace()?.events)

@@ -80,6 +80,8 @@ pub enum Purpose {
     Generator(GeneratorFormat),
     /// The contacts of a gait.
     GaitContacts,
+    /// A map.
+    Map,
 }
 
 impl Purpose {
@@ -99,6 +101,7 @@ impl Purpose {
             Purpose::Generator(GeneratorFormat::Keysight) => "waveform.arb",
             Purpose::Generator(_) => "waveform.csv",
             Purpose::GaitContacts => "gait.csv",
+            Purpose::Map => "map.csv",
         }
     }
 }

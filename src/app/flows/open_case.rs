@@ -26,6 +26,16 @@ pub fn open(state: &mut State, model: Option<Model>, drive: Waveform) {
     state.view.time_range = None;
 }
 
+/// Shows the case at the chosen point of the map in Tune.
+pub fn open_point(state: &mut State) {
+    let Some(index) = state.exploring.map.point else {
+        return;
+    };
+    if let Ok((model, drive)) = state.exploring.map.setting(index) {
+        open(state, Some(model), drive);
+    }
+}
+
 /// Begins to play the path through the present map in the live run.
 pub fn play(state: &mut State) {
     let mapping = &state.exploring.map;

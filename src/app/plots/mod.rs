@@ -1,9 +1,9 @@
 //! The pictures of the Tune workspace, stacked; each has a file.
 
 pub mod device;
-pub(crate) mod explore;
 mod drive_loop;
 mod event_corners;
+pub(crate) mod explore;
 mod forces;
 pub mod frame;
 mod multiples;

@@ -38,6 +38,8 @@ pub enum Command {
     ResetAll,
     /// Whole span or live.
     SetMode(Mode),
+    /// The whole span from the steady response on, or from rest.
+    SteadyState,
     /// Live: pauses or continues.
     TogglePause,
     /// Live: advances one step while paused.
@@ -122,6 +124,8 @@ pub enum Command {
     SaveWaveform,
     /// Writes one period of the drawn waveform for a function generator.
     ExportWaveform,
+    /// Writes the map.
+    ExportMap,
     /// Writes the contacts of the gait.
     ExportGait,
 }
@@ -146,6 +150,7 @@ impl Command {
             Command::ResetAll,
             Command::SetMode(Mode::WholeSpan),
             Command::SetMode(Mode::Live),
+            Command::SteadyState,
             Command::TogglePause,
             Command::Step,
             Command::Restart,
@@ -186,6 +191,7 @@ impl Command {
             Command::LoadWaveform,
             Command::SaveWaveform,
             Command::ExportWaveform,
+            Command::ExportMap,
             Command::ExportGait,
         ]);
         all.extend(ExplorePanel::ALL.map(Command::Explore));
@@ -369,6 +375,10 @@ impl Command {
                 "Sealed trial",
                 "The program conceals an effect; guess it, and see whether the diagnosis finds it",
             ),
+            Command::SteadyState => (
+                "Jump to steady state",
+                "Show the whole span from the steady response on, without the transient",
+            ),
             Command::Explore(panel) => (panel.command_name(), panel.help()),
             Command::UseDrawnDrive => (
                 "Use as the drive in Tune",
@@ -389,6 +399,10 @@ impl Command {
             Command::ExportWaveform => (
                 "Export one period...",
                 "Write one period as the file of a function generator",
+            ),
+            Command::ExportMap => (
+                "Export map as CSV...",
+                "Write the points of the map with all measures, one row each",
             ),
             Command::ExportGait => (
                 "Export contacts as CSV...",

@@ -105,6 +105,8 @@ pub enum RecordingLayout {
 pub struct View {
     /// Live or whole span.
     pub mode: Mode,
+    /// Whether the whole span begins in the steady response instead of at rest.
+    pub from_steady: bool,
     /// Simulated seconds per wall second in Live mode.
     pub slow_down: f64,
     /// Pictures shown.
@@ -145,6 +147,7 @@ impl Default for View {
     fn default() -> Self {
         Self {
             mode: Mode::WholeSpan,
+            from_steady: false,
             slow_down: 0.01,
             pictures: [
                 Picture::Voltage,

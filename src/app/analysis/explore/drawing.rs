@@ -4,7 +4,7 @@ use super::latest::Latest;
 use super::steady::SteadyWork;
 use crate::explore::waveform::export::GeneratorFormat;
 use crate::explore::waveform::{EditableWaveform, WaveformError};
-use crate::model::drive::{Cycle, PeriodicDrive};
+use crate::model::drive::{Cycle, PeriodicDrive, Waveform};
 
 /// Handles of a drawn sine.
 const HANDLES_OF_CURVE: usize = 16;
@@ -94,25 +94,12 @@ impl FormChoice {
             cycle: self.cycle(),
             ..drawn.drive()
         };
-        let form = EditableWaveform::from_waveform(&drive.waveform()?, HANDLES_OF_CURVE)?;
-        Ok(EditableWaveform {
-            frequency: drawn.frequency,
-            offset: drawn.offset,
-            phase: drawn.phase,
-            burst: drawn.burst,
-            ..with_looks_of(form, drawn)
-        })
-    }
-}
-
-/// `new` with name, grid and limits of `old`.
-#[must_use]
-pub fn with_looks_of(new: EditableWaveform, old: &EditableWaveform) -> EditableWaveform {
-    EditableWaveform {
-        name: old.name.clone(),
-        grid: old.grid,
-        limits: old.limits,
-        ..new
+        let mut new = from_drive(&drive.waveform()?, drawn)?;
+        new.frequency = drawn.frequency;
+        new.offset = drawn.offset;
+        new.phase = drawn.phase;
+        new.burst = drawn.burst;
+        Ok(new)
     }
 }
 
@@ -121,11 +108,14 @@ pub fn with_looks_of(new: EditableWaveform, old: &EditableWaveform) -> EditableW
 /// # Errors
 /// [`WaveformError`] for a drive that does not repeat.
 pub fn from_drive(
-    drive: &crate::model::drive::Waveform,
+    drive: &Waveform,
     old: &EditableWaveform,
 ) -> Result<EditableWaveform, WaveformError> {
-    let new = EditableWaveform::from_waveform(drive, HANDLES_OF_CURVE)?;
-    Ok(with_looks_of(new, old))
+    let mut new = EditableWaveform::from_waveform(drive, HANDLES_OF_CURVE)?;
+    new.name.clone_from(&old.name);
+    new.grid = old.grid;
+    new.limits = old.limits;
+    Ok(new)
 }
 
 /// State of the editor.
@@ -189,6 +179,12 @@ mod tests {
         let last = high.map(|h| h.time).fold(0.0, f64::max);
         assert!((last - 0.25).abs() < 1e-9, "{last}");
         let wrong = FormChoice { duty: 1.5, ..form };
-        assert!(wrong.drawn(&drawn).unwrap_err().to_string().contains("duty"));
+        assert!(
+            wrong
+                .drawn(&drawn)
+                .unwrap_err()
+                .to_string()
+                .contains("duty")
+        );
     }
 }

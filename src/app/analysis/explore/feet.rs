@@ -92,7 +92,9 @@ impl FeetView {
         let own = response.cycle.periods.max(1) as f64;
         let at = (share * periods as f64 - foot.delay).rem_euclid(own) * response.period;
         let index = ((at - trace.t0) / trace.dt).round().max(0.0) as usize;
-        let value = trace.proof_mass.get(index.min(trace.len().checked_sub(1)?))?;
+        let value = trace
+            .proof_mass
+            .get(index.min(trace.len().checked_sub(1)?))?;
         Some(value - trace.ground_level?)
     }
 }
@@ -178,7 +180,12 @@ mod tests {
         let height = |share| view.height(&feet[1], share, gait.periods).unwrap();
         assert!(height(middle).abs() < 1e-9, "{}", height(middle));
         assert!((0..50).any(|i| height(f64::from(i) / 50.0) > 1e-6));
-        let error = view.gait(&[feet[0].clone(), foot("odd", 1, 0.0)]).unwrap_err();
-        assert!(error.contains("odd") && error.contains("no ground"), "{error}");
+        let error = view
+            .gait(&[feet[0].clone(), foot("odd", 1, 0.0)])
+            .unwrap_err();
+        assert!(
+            error.contains("odd") && error.contains("no ground"),
+            "{error}"
+        );
     }
 }

@@ -133,8 +133,7 @@ impl<W: Answers> Latest<W> {
             match start::<W>(context) {
                 Ok(link) => self.link = Some(Arc::new(link)),
                 Err(error) => {
-                    let text =
-                        format!("no thread could be started: {error}; close other programs");
+                    let text = format!("no thread could be started: {error}; close other programs");
                     self.answered = Some(Arc::new(Answered {
                         question,
                         answer: Err(text),

@@ -105,13 +105,14 @@ impl Mapping {
         }
         self.is_stopped = false;
         let empty = MapResult::pending(&request);
-        self.run.start("map", request, empty, context, |request, parts| {
-            let found = compute(request, parts.cancel, &|update| {
-                let share = update.solved as f64 / update.total.max(1) as f64;
-                parts.add(share, |map| map.apply(&update));
+        self.run
+            .start("map", request, empty, context, |request, parts| {
+                let found = compute(request, parts.cancel, &|update| {
+                    let share = update.solved as f64 / update.total.max(1) as f64;
+                    parts.add(share, |map| map.apply(&update));
+                });
+                found.map(|_| ()).map_err(|error| error.to_string())
             });
-            found.map(|_| ()).map_err(|error| error.to_string())
-        });
     }
 
     /// Ends the work by hand.
@@ -195,6 +196,9 @@ mod tests {
         let growing = mapping.run.growing().unwrap();
         assert!(growing.lock().answer.is_complete());
         let (_, drive) = mapping.setting(8).unwrap();
-        assert_eq!(crate::explore::waveform::get(&drive, "frequency"), Some(100.0));
+        assert_eq!(
+            crate::explore::waveform::get(&drive, "frequency"),
+            Some(100.0)
+        );
     }
 }

@@ -63,6 +63,21 @@ impl Exploring {
         }
     }
 
+    /// Whether an answer is still to come.
+    #[must_use]
+    pub fn is_busy(&self) -> bool {
+        let robust = &self.robust;
+        self.map.run.job().is_some()
+            || self.orbit.run.job().is_some()
+            || self.basins.run.job().is_some()
+            || robust.map.job().is_some()
+            || robust.search.job().is_some()
+            || self.map.steady.is_waiting()
+            || self.drawing.steady.is_waiting()
+            || self.gait.feet.is_waiting()
+            || robust.point.is_waiting()
+    }
+
     /// Ends the work in progress.
     pub fn stop(&self) {
         self.map.run.stop();

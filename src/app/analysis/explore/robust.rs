@@ -101,7 +101,9 @@ pub fn ensemble_of(
     fit: Option<&FitResult>,
 ) -> Result<Ensemble, String> {
     let spread = if choices.from_fit {
-        let fit = fit.ok_or("there is no fit whose covariance could be taken; fit in Tune, or take ranges")?;
+        let fit = fit.ok_or(
+            "there is no fit whose covariance could be taken; fit in Tune, or take ranges",
+        )?;
         normal_of(fit)?
     } else {
         let ranges = choices.coefficients.iter();
@@ -130,7 +132,10 @@ fn normal_of(fit: &FitResult) -> Result<Spread, String> {
     }
     let each = |of: &dyn Fn(usize) -> f64| known.iter().map(|i| of(*i)).collect();
     Ok(Spread::Normal(NormalSpread {
-        ids: known.iter().map(|i| fit.parameters[*i].id.clone()).collect(),
+        ids: known
+            .iter()
+            .map(|i| fit.parameters[*i].id.clone())
+            .collect(),
         means: each(&|i| fit.parameters[i].value),
         std_errors: each(&|i| fit.parameters[i].std_error),
         correlation: known
@@ -204,7 +209,9 @@ pub fn map_question(
         wish: point.wish,
     };
     let points = request.map.points() as u128;
-    request.check_for(points).map_err(|error| error.to_string())?;
+    request
+        .check_for(points)
+        .map_err(|error| error.to_string())?;
     Ok(request)
 }
 
@@ -286,8 +293,12 @@ impl Robusting {
             Err(reason) => return self.search.refuse(reason),
         };
         let empty = SearchView::default();
-        self.search
-            .start("robust waveform", search, empty, context, |search, parts| {
+        self.search.start(
+            "robust waveform",
+            search,
+            empty,
+            context,
+            |search, parts| {
                 let found = find_robust_waveform(search, parts.cancel, &|progress| {
                     let share = progress.generation as f64 / progress.generations.max(1) as f64;
                     parts.add(share, |view| view.progress = Some(progress));
@@ -295,7 +306,8 @@ impl Robusting {
                 let found = found.map_err(|error| error.to_string())?;
                 parts.add(1.0, |view| view.result = Some(found));
                 Ok(())
-            });
+            },
+        );
     }
 }
 
@@ -321,16 +333,29 @@ mod tests {
             slew: None,
         };
         let search = search_question(&choices, None, limits, of).unwrap();
-        assert!(search.numbers.iter().all(|n| n.id != "amplitude" && n.id != "frequency"));
+        assert!(
+            search
+                .numbers
+                .iter()
+                .all(|n| n.id != "amplitude" && n.id != "frequency")
+        );
         let handle = search.numbers.iter().find(|n| n.id == "h1").unwrap();
         assert_eq!((handle.low, handle.high), (-5.0, 5.0));
         choices.from_fit = true;
-        assert!(point_question(&choices, None, of).unwrap_err().contains("no fit"));
+        assert!(
+            point_question(&choices, None, of)
+                .unwrap_err()
+                .contains("no fit")
+        );
         choices.from_fit = false;
         choices.wish = WishChoices {
             contact_share: None,
             ..WishChoices::default()
         };
-        assert!(point_question(&choices, None, of).unwrap_err().contains("wanted"));
+        assert!(
+            point_question(&choices, None, of)
+                .unwrap_err()
+                .contains("wanted")
+        );
     }
 }

@@ -4,10 +4,12 @@ use std::sync::Arc;
 
 use super::latest::Answers;
 use crate::explore::measures::{MEASURES, Margin, MeasureId, Regime, measure};
-use crate::explore::steady_state::{Start, SteadyError, SteadyOptions, SteadyResponse, SteadySolver};
+use crate::explore::steady_state::{
+    Start, SteadyError, SteadyOptions, SteadyResponse, SteadySolver,
+};
 use crate::model::Model;
 use crate::model::drive::Waveform;
-use crate::sim::Trace;
+use crate::sim::{Options, SimError, Trace};
 
 /// Samples of a period that are drawn.
 const SAMPLES_PER_PERIOD: usize = 800;
@@ -63,6 +65,41 @@ impl SteadyView {
             trace,
             response,
         })
+    }
+}
+
+/// A run of `duration` \[s\] that begins in the steady response, with phase 0 of the drive at t = 0.
+/// `None` if `go_on` said no.
+///
+/// # Errors
+/// [`SimError`]; [`SimError::Options`] for a drive that has no steady response.
+pub fn steady_run(
+    (model, drive): (&Model, &Waveform),
+    duration: f64,
+    options: &Options,
+    go_on: impl FnMut() -> bool,
+) -> Result<Option<Trace>, SimError> {
+    let steady = SteadyOptions {
+        simulator: *options,
+        multipliers: false,
+        chaos_periods: 0,
+        ..SteadyOptions::default()
+    };
+    let found = SteadySolver::new(model, steady).and_then(|mut solver| {
+        let mut response = solver.solve_while(drive, Start::Rest, go_on)?;
+        // The state at a strobe, gone on from for as long as is asked.
+        response.cycle.duration = duration;
+        let samples = (options.rate * response.period).round().max(1.0) as usize;
+        solver.trace(model, drive, &response, samples)
+    });
+    match found {
+        Ok(trace) => Ok(Some(trace)),
+        Err(SteadyError::Cancelled) => Ok(None),
+        Err(SteadyError::Simulation(error)) => Err(error),
+        Err(other) => Err(SimError::Options {
+            what: "steady state",
+            reason: format!("{other}; or show the run from rest"),
+        }),
     }
 }
 

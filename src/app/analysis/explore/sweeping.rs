@@ -93,8 +93,12 @@ impl Orbiting {
             up: Vec::new(),
             down: Vec::new(),
         };
-        self.run
-            .start("orbit diagram", request, empty, context, move |request, parts| {
+        self.run.start(
+            "orbit diagram",
+            request,
+            empty,
+            context,
+            move |request, parts| {
                 let mut done = 0.0;
                 let found = orbit::compute(request, parts.cancel, &mut |slice| {
                     done += 1.0;
@@ -104,7 +108,8 @@ impl Orbiting {
                     });
                 });
                 found.map(|_| ()).map_err(|error| error.to_string())
-            });
+            },
+        );
     }
 }
 

@@ -94,7 +94,11 @@ fn displacement(
     let scales = plane.scales();
     let mut layers = vec![contact_layer(trace, span, scales, palette.contact)];
     if let Some(level) = ground {
-        layers.push(Layer::level(scales.y.place(level), "ground", palette.ground));
+        layers.push(Layer::level(
+            scales.y.place(level),
+            "ground",
+            palette.ground,
+        ));
     }
     let stroke = Stroke::new(style::THICK_LINE, palette.proof_mass);
     layers.push(scales.line(line, stroke, false));

@@ -128,12 +128,7 @@ impl GaitPicture<'_> {
             let hang = [pos2(x, area.top()), pos2(x, body.top())];
             painter.line_segment(hang, Stroke::new(1.5, palette.grid));
             painter.rect_filled(body, 3.0, fill);
-            painter.rect_stroke(
-                body,
-                3.0,
-                Stroke::new(1.0, foot.color),
-                StrokeKind::Inside,
-            );
+            painter.rect_stroke(body, 3.0, Stroke::new(1.0, foot.color), StrokeKind::Inside);
             let name = short_name(&self.gait.names[i]);
             let font = FontId::proportional(11.5);
             let at = pos2(x, ground + 2.0);
@@ -169,7 +164,10 @@ impl GaitPicture<'_> {
             painter.rect_filled(part, 2.0, foot.color);
         }
         for &at in &foot.bounces {
-            painter.add(triangle(pos2(x(at), row.center().y), style::palette(ui).impact));
+            painter.add(triangle(
+                pos2(x(at), row.center().y),
+                style::palette(ui).impact,
+            ));
         }
         let down = 100.0 * self.gait.duty_factors[i];
         let at = pos2(chart.right() + 8.0, row.center().y);

@@ -33,7 +33,12 @@ pub fn scale(ui: &mut Ui, axis: &PlaneAxis) {
         let share = (i as f64 + 0.5) / BAR_STEPS as f64;
         painter.rect_filled(part, 0.0, scale_color(share));
     }
-    painter.rect_stroke(bar, 0.0, Stroke::new(1.0, palette.grid), StrokeKind::Outside);
+    painter.rect_stroke(
+        bar,
+        0.0,
+        Stroke::new(1.0, palette.grid),
+        StrokeKind::Outside,
+    );
     let scale = axis.scale();
     let (low, high) = (scale.place(axis.range.0), scale.place(axis.range.1));
     let marks: Vec<(f64, String)> = if axis.is_logarithmic {
@@ -76,7 +81,8 @@ pub fn entry(ui: &mut Ui, color: Color32, name: &str, value: &str) {
         let (rect, _) = ui.allocate_exact_size(vec2(PATCH_SIZE, PATCH_SIZE), Sense::hover());
         ui.painter().rect_filled(rect, 2.0, color);
         let edge = Stroke::new(0.5, style::palette(ui).grid);
-        ui.painter().rect_stroke(rect, 2.0, edge, StrokeKind::Inside);
+        ui.painter()
+            .rect_stroke(rect, 2.0, edge, StrokeKind::Inside);
         ui.label(crate::app::widgets::text::small(name));
         ui.with_layout(
             eframe::egui::Layout::right_to_left(eframe::egui::Align::Center),

@@ -75,7 +75,11 @@ pub fn value_axis(map: &MapResult, measure: MeasureId) -> Option<PlaneAxis> {
     } else {
         low
     };
-    let high = if high > low { high } else { low + low.abs().max(1e-12) };
+    let high = if high > low {
+        high
+    } else {
+        low + low.abs().max(1e-12)
+    };
     Some(PlaneAxis {
         quantity: spec.name.to_owned(),
         base: spec.unit.to_owned(),
@@ -140,13 +144,20 @@ impl MapPicture<'_> {
             PointState::Filled | PointState::Solved => match &axis {
                 // A response without a value, such as an impact speed without contact.
                 Some(axis) if value.is_finite() => value_color(axis, *value),
-                _ => regime_color(Regime::NoContact).gamma_multiply(0.55).to_opaque(),
+                _ => regime_color(Regime::NoContact)
+                    .gamma_multiply(0.55)
+                    .to_opaque(),
             },
         };
         self.map.states.iter().zip(values).map(color).collect()
     }
 
-    fn point_layer(&self, index: usize, scales: Scales, (ink, ground): (Color32, Color32)) -> Layer {
+    fn point_layer(
+        &self,
+        index: usize,
+        scales: Scales,
+        (ink, ground): (Color32, Color32),
+    ) -> Layer {
         let [x, y] = [&self.map.axes[0], &self.map.axes[1]];
         let place = [
             x.value(index % x.count.max(1)),
@@ -170,11 +181,7 @@ pub fn case_at<'a>(output: &PlaneOutput, cases: &'a [CaseMark], pos: Pos2) -> Op
     near
 }
 
-fn cases_layer(
-    cases: Vec<CaseMark>,
-    scales: Scales,
-    (ink, ground): (Color32, Color32),
-) -> Layer {
+fn cases_layer(cases: Vec<CaseMark>, scales: Scales, (ink, ground): (Color32, Color32)) -> Layer {
     Layer::new(move |_, transform, shapes| {
         for case in &cases {
             let at = scales.on_screen(transform, case.place);
@@ -221,7 +228,10 @@ mod tests {
         let map = MapResult {
             axes: vec![axis("a"), axis("b")],
             measures: vec![MeasureId::Regime, MeasureId::Margin],
-            values: vec![vec![0.0, 1.0, f64::NAN, f64::NAN], vec![1e-9, 1.0, f64::NAN, 0.1]],
+            values: vec![
+                vec![0.0, 1.0, f64::NAN, f64::NAN],
+                vec![1e-9, 1.0, f64::NAN, 0.1],
+            ],
             states: vec![
                 PointState::Solved,
                 PointState::Filled,

@@ -45,9 +45,7 @@ impl OrbitPicture<'_> {
     /// Values of a slice that are drawn.
     fn values(&self, answer: &OrbitAnswer) -> Vec<f64> {
         match self.shown {
-            OrbitQuantity::Displacement => {
-                answer.strobes.iter().map(|s| s.displacement).collect()
-            }
+            OrbitQuantity::Displacement => answer.strobes.iter().map(|s| s.displacement).collect(),
             OrbitQuantity::ImpactSpeed => answer.impact_speeds.clone(),
             OrbitQuantity::Bounces => answer.bounces.iter().map(|n| *n as f64).collect(),
         }
@@ -127,7 +125,11 @@ impl OrbitPicture<'_> {
         let [up_color, down_color] = way_colors(ui);
         let ground = style::palette(ui).ground;
         let ends = (self.diagram.axis.from, self.diagram.axis.to);
-        let zero = scales.line([[ends.0, 0.0], [ends.1, 0.0]], Stroke::new(1.0, ground), false);
+        let zero = scales.line(
+            [[ends.0, 0.0], [ends.1, 0.0]],
+            Stroke::new(1.0, ground),
+            false,
+        );
         let layers = vec![
             zero,
             scales.line(up, Stroke::new(1.4, up_color), false),
@@ -172,7 +174,11 @@ fn holes(diagram: &OrbitDiagram, scales: Scales, color: Color32) -> Layer {
         let bottom = transform.frame().bottom();
         for value in &values {
             let x = transform.position_from_point_x(scales.x.place(*value));
-            shapes.push(Shape::vline(x, bottom - 8.0..=bottom, Stroke::new(1.0, color)));
+            shapes.push(Shape::vline(
+                x,
+                bottom - 8.0..=bottom,
+                Stroke::new(1.0, color),
+            ));
         }
     })
 }

@@ -2,9 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::sweeps::{
-    BasinChoices, DriveSource, MapChoices, OrbitChoices, RobustnessChoices,
-};
+use super::sweeps::{BasinChoices, DriveSource, MapChoices, OrbitChoices, RobustnessChoices};
 use crate::explore::gait::{FOOT_COUNTS, GaitPreset};
 use crate::explore::waveform::{DriveLimits, EditableWaveform, SnapGrid};
 use crate::model::drive::{Handle, Handles, Interpolation};

@@ -62,8 +62,12 @@ impl ExplorePanel {
     #[must_use]
     pub fn help(self) -> &'static str {
         match self {
-            Self::Map => "How the device taps the ground over two numbers, such as frequency and amplitude",
-            Self::Orbit => "One number raised and lowered again: where responses split, jump or coexist",
+            Self::Map => {
+                "How the device taps the ground over two numbers, such as frequency and amplitude"
+            }
+            Self::Orbit => {
+                "One number raised and lowered again: where responses split, jump or coexist"
+            }
             Self::Basins => "To which response each start leads",
             Self::Robustness => "How likely the wanted response is if coefficients are uncertain",
             Self::Waveform => "Draw a period of the drive voltage and see the steady response",

@@ -79,7 +79,11 @@ fn starts(ui: &mut Ui, choices: &mut BasinChoices) {
                 "state",
                 "Initial displacement and velocity of the mass, the drive switched on at one phase",
             ),
-            (true, "phase", "Phase at which the drive is switched on, from rest"),
+            (
+                true,
+                "phase",
+                "Phase at which the drive is switched on, from rest",
+            ),
         ];
         for (kind, text, help) in kinds {
             ui.selectable_value(&mut choices.over_phase, kind, text)
@@ -139,11 +143,17 @@ fn shares(ui: &mut Ui, map: &BasinMap) {
         legend::entry(ui, response_color(number), &title(response), &share);
     }
     if map.responses.len() == 1 {
-        remark(ui, "All starts lead to one response: a kick does not change it.");
+        remark(
+            ui,
+            "All starts lead to one response: a kick does not change it.",
+        );
     }
     if !map.holes.is_empty() {
         let holes = counted(map.holes.len(), "start");
-        remark(ui, &format!("Hatched: {holes} impossible; the pointer shows why."));
+        remark(
+            ui,
+            &format!("Hatched: {holes} impossible; the pointer shows why."),
+        );
     }
     let text = "The share of a response is its robustness against kicks: the part of all starts \
                 from which the device comes back to it.";
@@ -191,7 +201,9 @@ fn under_pointer(request: &BasinRequest, map: &BasinMap, output: &PlaneOutput) -
     let axes = basin::start_axes(request);
     let along = |value: f64, (low, high): (f64, f64), count: usize| {
         let last = count.saturating_sub(1) as f64;
-        ((value - low) / (high - low) * last).round().clamp(0.0, last) as usize
+        ((value - low) / (high - low) * last)
+            .round()
+            .clamp(0.0, last) as usize
     };
     let i = along(x, axes[0].range, map.shape.0);
     let j = if map.shape.1 > 1 {

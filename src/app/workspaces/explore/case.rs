@@ -2,7 +2,7 @@
 
 use eframe::egui::{Button, Label, ScrollArea, Ui};
 
-use super::{fields, map, readout};
+use super::{fields, readout};
 use crate::app::flows::open_case;
 use crate::app::plots::explore::cycle;
 use crate::app::state::State;
@@ -21,7 +21,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         let help = "Device and drive of this point become those of the Tune workspace (click or \
                     Enter on the map); it can be undone";
         if button.on_hover_text(help).clicked() {
-            map::open(state);
+            open_case::open_point(state);
         }
         let play = ui.add_enabled(path, Button::new("Play the path in Live"));
         let help = "Sweep device and drive along the path drawn through the map, as it runs";
@@ -40,7 +40,10 @@ fn content(ui: &mut Ui, state: &mut State) {
     let mapping = &mut state.exploring.map;
     let (Some(index), Some(request)) = (mapping.point, mapping.run.asked().cloned()) else {
         heading(ui, "Under the pointer");
-        fields::remark(ui, "Move the pointer over the map, or press the arrow keys on it.");
+        fields::remark(
+            ui,
+            "Move the pointer over the map, or press the arrow keys on it.",
+        );
         return;
     };
     for (axis, value) in request.axes.iter().zip(request.values_at(index)) {

@@ -43,11 +43,7 @@ impl Row<'_> {
     }
 
     /// Draws the field alone, where two stand in a row.
-    pub fn narrow_field(
-        &self,
-        ui: &mut Ui,
-        check: impl Fn(f64) -> Option<String>,
-    ) -> Option<f64> {
+    pub fn narrow_field(&self, ui: &mut Ui, check: impl Fn(f64) -> Option<String>) -> Option<f64> {
         self.field_of_width(ui, NARROW_WIDTH, check)
     }
 
@@ -100,7 +96,11 @@ pub fn source(ui: &mut Ui, source: DriveSource) -> Option<DriveSource> {
     ui.horizontal(|ui| {
         name(ui, "Drive", "Which drive the panel takes");
         let choices = [
-            (DriveSource::Tune, "of Tune", "The drive of the Tune workspace"),
+            (
+                DriveSource::Tune,
+                "of Tune",
+                "The drive of the Tune workspace",
+            ),
             (
                 DriveSource::Drawn,
                 "drawn",

@@ -39,12 +39,14 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     let feet = drawn_feet(&state.setup.explore.gait);
     let asked = ask(ui, state);
     let newest = state.exploring.gait.feet.newest();
-    Panel::left("gait feet").exact_size(FEET_WIDTH).show(ui, |ui| {
-        ScrollArea::vertical()
-            .id_salt("gait feet")
-            .auto_shrink([false, false])
-            .show(ui, |ui| controls(ui, state));
-    });
+    Panel::left("gait feet")
+        .exact_size(FEET_WIDTH)
+        .show(ui, |ui| {
+            ScrollArea::vertical()
+                .id_salt("gait feet")
+                .auto_shrink([false, false])
+                .show(ui, |ui| controls(ui, state));
+        });
     CentralPanel::default().show(ui, |ui| {
         if let Err(error) = asked {
             refusal(ui, &format!("No gait: {error}."));
@@ -241,9 +243,9 @@ fn foot(ui: &mut Ui, gait: &mut GaitChoices, i: usize) {
         if moved.reset {
             foot.delay = 0.0;
         }
-        moved.response.on_hover_text(
-            "By how much of a period its drive is later. Double-click: not at all.",
-        );
+        moved
+            .response
+            .on_hover_text("By how much of a period its drive is later. Double-click: not at all.");
         ui.label(text);
     });
 }
@@ -303,7 +305,10 @@ fn highest(view: &FeetView, foot: &DrawnFoot) -> f64 {
     };
     let trace = &response.trace;
     let level = trace.ground_level.unwrap_or(0.0);
-    trace.proof_mass.iter().fold(0.0, |most, x| f64::max(most, x - level))
+    trace
+        .proof_mass
+        .iter()
+        .fold(0.0, |most, x| f64::max(most, x - level))
 }
 
 /// Run and pause, and the moment shown.
@@ -326,7 +331,10 @@ fn transport(ui: &mut Ui, state: &mut State, gait: &Gait) {
         {
             bench.plays = !bench.plays;
         }
-        let periods = counted(usize::try_from(gait.periods).unwrap_or(usize::MAX), "period");
+        let periods = counted(
+            usize::try_from(gait.periods).unwrap_or(usize::MAX),
+            "period",
+        );
         ui.label(format!(
             "cycle {} ({periods} of the drive)",
             format_quantity(gait.cycle, "s", 4)

@@ -2,7 +2,7 @@
 //! the right.
 
 use eframe::egui::{
-    CentralPanel, ComboBox, EventFilter, Key, Label, Panel, ScrollArea, Ui, vec2,
+    Button, CentralPanel, ComboBox, EventFilter, Key, Label, Panel, ScrollArea, Ui, vec2,
 };
 
 use super::axis_picker::AxisPicker;
@@ -16,6 +16,7 @@ use crate::app::plots::explore::colors::regime_color;
 use crate::app::plots::explore::legend;
 use crate::app::plots::explore::map::{CaseMark, MapPicture, case_at, value_axis};
 use crate::app::plots::explore::plane::PlaneOutput;
+use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::explore::MapChoices;
 use crate::app::state::State;
@@ -92,6 +93,13 @@ fn controls(ui: &mut Ui, state: &mut State, drive: Option<&Waveform>) -> bool {
     if again == progress::Asked::Stop {
         mapping.stop();
     }
+    let can_export = mapping.run.growing().is_some();
+    let (text, help) = Command::ExportMap.text();
+    let export = ui.add_enabled(can_export, Button::new(text).small());
+    if export.on_hover_text(help).clicked() {
+        state.commands.push(Command::ExportMap);
+    }
+    let mapping = &mut state.exploring.map;
     ui.separator();
     let shown = measure_of(&state.setup.explore.map);
     legend_of(ui, mapping, shown);
@@ -99,10 +107,7 @@ fn controls(ui: &mut Ui, state: &mut State, drive: Option<&Waveform>) -> bool {
 }
 
 fn axes(ui: &mut Ui, choices: &mut MapChoices, of: (&Model, &Waveform)) {
-    for (title, choice) in [
-        ("Horizontal", &mut choices.x),
-        ("Vertical", &mut choices.y),
-    ] {
+    for (title, choice) in [("Horizontal", &mut choices.x), ("Vertical", &mut choices.y)] {
         let picker = AxisPicker {
             title,
             scope: "map",
@@ -156,7 +161,10 @@ fn legend_of(ui: &mut Ui, mapping: &Mapping, shown: MeasureId) {
     }
     if !map.holes.is_empty() {
         let holes = counted(map.holes.len(), "point");
-        remark(ui, &format!("Hatched: {holes} impossible; the pointer shows why."));
+        remark(
+            ui,
+            &format!("Hatched: {holes} impossible; the pointer shows why."),
+        );
     }
 }
 
@@ -279,7 +287,7 @@ fn react(ui: &Ui, state: &mut State, output: &PlaneOutput, axes: &[Axis]) {
         mapping.path.clear();
         if let Some(pos) = response.interact_pointer_pos() {
             mapping.look_at(index_of(output.value_at(pos)), ui.ctx());
-            open(state);
+            open_case::open_point(state);
         }
     }
     if response.has_focus() {
@@ -311,16 +319,6 @@ fn keys(ui: &Ui, state: &mut State, output: &PlaneOutput, axes: &[Axis]) {
         state.exploring.map.look_at(i + j * columns, ui.ctx());
     }
     if pressed(Key::Enter) {
-        open(state);
-    }
-}
-
-/// Opens the case at the point in Tune.
-pub fn open(state: &mut State) {
-    let Some(index) = state.exploring.map.point else {
-        return;
-    };
-    if let Ok((model, drive)) = state.exploring.map.setting(index) {
-        open_case::open(state, Some(model), drive);
+        open_case::open_point(state);
     }
 }

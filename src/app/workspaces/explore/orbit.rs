@@ -139,7 +139,10 @@ fn line(diagram: &OrbitDiagram, hovered: Option<f64>) -> String {
         let coexisting = diagram.coexisting(COEXISTING_SHARE).len();
         return match coexisting {
             0 => "Both ways lead to the same responses so far.".to_owned(),
-            n => format!("Different responses up and down at {}.", counted(n, "value")),
+            n => format!(
+                "Different responses up and down at {}.",
+                counted(n, "value")
+            ),
         };
     };
     let axis = &diagram.axis;

@@ -13,7 +13,10 @@ use super::fields;
 
 /// A value with its unit; `-` where the response has none.
 pub fn value_text(spec: &MeasureSpec, value: Option<f64>) -> String {
-    value.map_or_else(|| "-".to_owned(), |value| format_quantity(value, spec.unit, 3))
+    value.map_or_else(
+        || "-".to_owned(),
+        |value| format_quantity(value, spec.unit, 3),
+    )
 }
 
 /// Draws the newest answer; `waits` says that a newer one is on its way.
@@ -48,9 +51,9 @@ fn table(ui: &mut Ui, view: &SteadyView) {
         .spacing([8.0, 3.0])
         .striped(true)
         .show(ui, |ui| {
-            let rest = MEASURES.iter().filter(|row| {
-                !matches!(row.measure, MeasureId::Regime | MeasureId::Multiple)
-            });
+            let rest = MEASURES
+                .iter()
+                .filter(|row| !matches!(row.measure, MeasureId::Regime | MeasureId::Multiple));
             for spec in rest {
                 ui.label(small(spec.name)).on_hover_text(spec.meaning);
                 let text = value_text(spec, view.value(spec.measure));
@@ -68,7 +71,9 @@ fn table(ui: &mut Ui, view: &SteadyView) {
 fn kind_text(view: &SteadyView) -> String {
     let mut text = match view.response.kind {
         ResponseKind::Periodic { multiple: 1 } => "repeats each period of the drive".to_owned(),
-        ResponseKind::Periodic { multiple } => format!("repeats every {multiple} periods of the drive"),
+        ResponseKind::Periodic { multiple } => {
+            format!("repeats every {multiple} periods of the drive")
+        }
         ResponseKind::NotPeriodic(Aperiodicity::Chaotic { exponent }) => format!(
             "does not repeat: chaotic, neighbours part by e in {:.1} periods",
             1.0 / exponent

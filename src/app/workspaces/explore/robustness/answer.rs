@@ -66,7 +66,10 @@ pub(super) fn answer(ui: &mut Ui, found: &Robustness) {
     };
     ui.add(Label::new(small(breaker)).wrap());
     if let Some(reason) = &found.first_failure {
-        let text = format!("{} devices are impossible; the first: {reason}", found.failed);
+        let text = format!(
+            "{} devices are impossible; the first: {reason}",
+            found.failed
+        );
         remark(ui, &text);
     }
 }

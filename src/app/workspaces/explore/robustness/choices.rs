@@ -48,10 +48,7 @@ pub(super) fn show(ui: &mut Ui, state: &mut State, drive: Option<&Waveform>) -> 
     heading(ui, "Map of probabilities");
     if let Some(drive) = drive {
         let of = (model, drive);
-        for (title, choice) in [
-            ("Horizontal", &mut choices.x),
-            ("Vertical", &mut choices.y),
-        ] {
+        for (title, choice) in [("Horizontal", &mut choices.x), ("Vertical", &mut choices.y)] {
             let scope = "robustness";
             AxisPicker { title, scope, of }.show(ui, choice);
         }

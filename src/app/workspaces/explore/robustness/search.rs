@@ -53,14 +53,23 @@ pub(super) fn show(ui: &mut Ui, state: &mut State) {
     } else {
         ", beyond the limits"
     };
-    let ended = if result.is_cancelled { ", stopped early" } else { "" };
+    let ended = if result.is_cancelled {
+        ", stopped early"
+    } else {
+        ""
+    };
     let tried = result.tried;
     remark(
         ui,
-        &format!("{tried} waveforms tried{ended}. The start: {start}{beyond}. Checked with devices that the search did not see:"),
+        &format!(
+            "{tried} waveforms tried{ended}. The start: {start}{beyond}. Checked with devices that the search did not see:"
+        ),
     );
     if result.best.is_empty() {
-        refusal(ui, "None is within the limits; widen them, or search more numbers.");
+        refusal(
+            ui,
+            "None is within the limits; widen them, or search more numbers.",
+        );
     }
     let mut taken = None;
     for (i, found) in result.best.iter().enumerate() {
@@ -186,8 +195,9 @@ fn best(ui: &mut Ui, i: usize, found: &FoundWaveform) -> Option<Taken> {
             100.0 * found.fresh.std_error(),
             100.0 * found.gain
         );
-        ui.label(RichText::new(title).strong())
-            .on_hover_text("Probability over devices that the search did not see, and the gain over the start");
+        ui.label(RichText::new(title).strong()).on_hover_text(
+            "Probability over devices that the search did not see, and the gain over the start",
+        );
         ui.add(Label::new(small(&found.why)).wrap());
         ui.horizontal(|ui| {
             let edit = ui.small_button("Edit it");

@@ -26,7 +26,9 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         let device = &state.setup.preset.model.name;
         refusal(
             ui,
-            &format!("The device {device} has no drive, so a waveform moves nothing. Choose another one in File, Open preset."),
+            &format!(
+                "The device {device} has no drive, so a waveform moves nothing. Choose another one in File, Open preset."
+            ),
         );
     }
     let drawn = &mut state.setup.explore.drawn;
