@@ -4,11 +4,11 @@
 //!
 //! | floor | what it does | begin reading at |
 //! |---|---|---|
-//! | [`cli`] | the commands `simulate`, `fit`, `validate`, `diagnose`, `trial`, `demo` | `cli/mod.rs` |
+//! | [`cli`] | the commands `simulate`, `fit`, `validate`, `diagnose`, `trial`, `demo`, `sweep` | `cli/mod.rs` |
 //! | [`app`] | the window: workspaces, plots, files, undo | [`app::state`] |
 //! | [`trial`] | sealed benchmark: devices with a concealed effect, by another solver | [`trial::Case`] |
 //! | [`diagnose`] | what a model leaves out: where, what, how much, and the proof | `diagnose/pipeline.rs` |
-//! | [`explore`](mod@explore) | drive waveforms found by eye: steady states and their measures, drawn waveforms, gaits | [`explore::steady_state`] |
+//! | [`explore`](mod@explore) | drive waveforms found by eye: steady states, maps, robustness, drawn waveforms, gaits | [`explore::steady_state`] |
 //! | [`fit`](mod@fit) | parameters with standard errors from recordings | [`fit::fit()`] |
 //! | [`recording`] | measurements: CSV, noise, events, features; no model | [`recording::Recording`] |
 //! | [`sim`] | the hybrid simulator: flight, events, contact | [`sim::simulate`] |

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use sha2::{Digest, Sha256};
 
-use super::{Arguments, ensemble, grid, shard};
+use super::arguments::Arguments;
+use super::{ensemble, grid, shard};
 use crate::cli::device::{add_effect, drive_input, read_drive, set_parameter, warn_of_odd_values};
 use crate::cli::{Failure, wrong_command};
 use crate::explore::map::MapRequest;
@@ -61,7 +62,7 @@ impl Sweep {
         warn_of_odd_values(&preset, &model, &drive);
         let map = MapRequest::new(model, drive, axes, measures);
         let robustness = ensemble::request(args, &map).map_err(wrong_command)?;
-        let shard = args.shard.as_deref().map(shard).transpose();
+        let shard = args.shard.as_deref().map(shard::parse).transpose();
         let mut sweep = Self {
             map,
             robustness,

@@ -2,7 +2,8 @@
 
 use anyhow::{anyhow, bail};
 
-use super::{Arguments, grid};
+use super::arguments::Arguments;
+use super::grid;
 use crate::explore::map::MapRequest;
 use crate::explore::measures::Regime;
 use crate::explore::robustness::{Ensemble, RobustnessRequest, Spread, Wish};

@@ -87,7 +87,7 @@ impl Shard {
         let mut lines = text.lines();
         for own in lines.by_ref() {
             if let Some(parts) = own.strip_prefix(SHARD_LINE) {
-                part = Some(shard(parts).with_context(name)?);
+                part = Some(shard::parse(parts).with_context(name)?);
                 continue;
             }
             if own.starts_with(INCOMPLETE_LINE) {
