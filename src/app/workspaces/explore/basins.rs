@@ -17,7 +17,7 @@ use crate::model::drive::Waveform;
 use crate::model::unit::{counted, format_quantity};
 
 /// Width of the controls \[points\].
-const CONTROLS_WIDTH: f32 = 268.0;
+const CONTROLS_WIDTH: f32 = 286.0;
 /// Starts along each direction that can be asked for.
 const START_COUNTS: (f64, f64) = (2.0, 1000.0);
 

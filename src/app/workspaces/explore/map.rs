@@ -29,7 +29,7 @@ use crate::model::drive::Waveform;
 use crate::model::unit::counted;
 
 /// Width of the controls and of the case under the pointer \[points\].
-const CONTROLS_WIDTH: f32 = 268.0;
+const CONTROLS_WIDTH: f32 = 286.0;
 const CASE_WIDTH: f32 = 300.0;
 /// Points along an axis that can be asked for.
 const POINT_COUNTS: (f64, f64) = (2.0, 1000.0);
@@ -244,10 +244,10 @@ fn picture(ui: &mut Ui, state: &mut State) {
         Some(case) if case.has_same_form => case.name.clone(),
         Some(case) => format!("{} (another form of drive than the map's)", case.name),
         None if cases.is_empty() => {
-            "Click: open the case in Tune. Drag: a path to be played in Live.".to_owned()
+            "Click opens the case in Tune; drag draws a path for Live.".to_owned()
         }
-        None => "Click: open the case in Tune. Drag: a path to be played in Live. \
-             Diamonds and squares: Table A.1, same and other form of drive."
+        None => "Click opens the case in Tune; drag draws a path for Live. \
+             Diamonds: Table A.1 (squares: other form of drive)."
             .to_owned(),
     };
     let text = crate::app::widgets::text::small(text).weak();

@@ -16,9 +16,9 @@ use crate::model::drive::Waveform;
 use crate::model::unit::{counted, format_quantity};
 
 /// Width of the controls \[points\].
-const CONTROLS_WIDTH: f32 = 268.0;
+const CONTROLS_WIDTH: f32 = 286.0;
 /// Values of the axis that can be asked for.
-const VALUE_COUNTS: (f64, f64) = (2.0, 5000.0);
+const VALUE_COUNTS: (f64, f64) = (2.0, 1000.0);
 
 /// Draws the panel.
 pub fn show(ui: &mut Ui, state: &mut State) {

@@ -28,7 +28,7 @@ pub fn show(ui: &mut Ui, newest: Option<&Answered<SteadyWork>>, waits: bool) {
         }
     });
     let Some(newest) = newest else {
-        ui.weak("is being computed");
+        ui.weak(if waits { "is being computed" } else { "none" });
         return;
     };
     match &newest.answer {

@@ -18,7 +18,7 @@ use crate::explore::robustness::RobustnessMap;
 use crate::model::unit::format_quantity;
 
 /// Width of the choices and of the answers \[points\].
-const CHOICES_WIDTH: f32 = 286.0;
+const CHOICES_WIDTH: f32 = 304.0;
 const ANSWERS_WIDTH: f32 = 320.0;
 
 /// Draws the panel.

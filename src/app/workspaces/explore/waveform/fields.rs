@@ -321,9 +321,9 @@ fn files(ui: &mut Ui, state: &mut State) {
             .on_hover_text("What the waveform is called in its file");
     });
     ui.horizontal_wrapped(|ui| {
-        for command in [Command::UseDrawnDrive, Command::DrawTuneDrive] {
-            button(ui, state, command);
-        }
+        let has_drive = state.setup.preset.model.piezo.is_some();
+        ui.add_enabled_ui(has_drive, |ui| button(ui, state, Command::UseDrawnDrive));
+        button(ui, state, Command::DrawTuneDrive);
     });
     ui.horizontal_wrapped(|ui| {
         for command in [Command::LoadWaveform, Command::SaveWaveform] {

@@ -16,7 +16,7 @@ use crate::app::plots::explore::cycle;
 use crate::app::state::State;
 
 /// Width of the fields and of the numbers \[points\].
-const FIELDS_WIDTH: f32 = 268.0;
+const FIELDS_WIDTH: f32 = 280.0;
 const NUMBERS_WIDTH: f32 = 250.0;
 /// Share of the height that the period takes.
 const CANVAS_SHARE: f32 = 0.52;
