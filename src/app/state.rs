@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::analysis::diagnosis::Diagnosing;
+use super::analysis::explore::Exploring;
 use super::analysis::fit::Fitting;
 use super::analysis::identification::Identification;
 use super::analysis::sensitivity::Sensing;
@@ -71,6 +72,8 @@ pub struct State {
     pub sensing: Sensing,
     /// The Diagnose workspace.
     pub diagnosing: Diagnosing,
+    /// The Explore workspace.
+    pub exploring: Exploring,
 }
 
 impl State {
@@ -97,6 +100,7 @@ impl State {
             identification: Identification::default(),
             sensing: Sensing::default(),
             diagnosing: Diagnosing::default(),
+            exploring: Exploring::default(),
         }
     }
 
@@ -150,6 +154,7 @@ impl State {
         if let Some(job) = &self.diagnosing.trial.making {
             job.cancel();
         }
+        self.exploring.stop();
     }
 
     /// Asks for a command.

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::explore;
 use super::save::save;
 use crate::app::analysis::diagnosis::Diagnosing;
 use crate::app::analysis::fit::Fitting;
@@ -76,6 +77,7 @@ pub fn receive(services: &mut Services) -> bool {
             FileEvent::Drive { waveform } => {
                 services.state.setup.drive = DriveChoice::Waveform(waveform);
             }
+            FileEvent::Drawn { drawn } => explore::opened(services, *drawn),
             FileEvent::TypePath { purpose } => {
                 if !services.dialogs.is_open() {
                     services.dialogs.ask_path(purpose);

@@ -8,6 +8,7 @@ use crate::app::services::Services;
 use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::choose_preset;
 use crate::app::setup::drive_choice::Mode;
+use crate::app::setup::explore::ExplorePanel;
 use crate::app::setup::view::{Picture, RecordingLayout, ResidualUnit};
 use crate::app::setup::workspace_id::WorkspaceId;
 use crate::model::preset::{EMBEDDED, Preset};
@@ -17,7 +18,7 @@ type Menu = (&'static str, &'static [&'static [Command]]);
 
 /// The menus that hold commands alone. "File", "View" and
 /// "Help" have entries of their own.
-const MENUS: [Menu; 4] = [
+const MENUS: [Menu; 5] = [
     (
         "Edit",
         &[
@@ -44,6 +45,7 @@ const MENUS: [Menu; 4] = [
         &[&[
             Command::SetMode(Mode::WholeSpan),
             Command::SetMode(Mode::Live),
+            Command::SteadyState,
             Command::TogglePause,
             Command::Step,
             Command::Restart,
@@ -70,17 +72,40 @@ const MENUS: [Menu; 4] = [
             &[Command::Example, Command::SealedTrial],
         ],
     ),
+    (
+        "Explore",
+        &[
+            &[
+                Command::Explore(ExplorePanel::Map),
+                Command::Explore(ExplorePanel::Orbit),
+                Command::Explore(ExplorePanel::Basins),
+                Command::Explore(ExplorePanel::Robustness),
+                Command::Explore(ExplorePanel::Waveform),
+                Command::Explore(ExplorePanel::Gait),
+            ],
+            &[
+                Command::DrawTuneDrive,
+                Command::UseDrawnDrive,
+                Command::LoadWaveform,
+                Command::SaveWaveform,
+                Command::ExportWaveform,
+                Command::ExportMap,
+                Command::ExportGait,
+            ],
+        ],
+    ),
 ];
 
 /// Draws the menus.
 pub fn menus(services: &mut Services, ui: &mut Ui) {
-    let [edit, recording, run, diagnosis] = MENUS;
+    let [edit, recording, run, diagnosis, explore] = MENUS;
     ui.menu_button("File", |ui| file_menu(services, ui));
     menu(services, ui, edit);
     menu(services, ui, recording);
     ui.menu_button("View", |ui| view_menu(services, ui));
     menu(services, ui, run);
     menu(services, ui, diagnosis);
+    menu(services, ui, explore);
     ui.menu_button("Help", |ui| {
         items(services, ui, &[Command::Help, Command::Palette]);
         if ui.button("About").clicked() {
@@ -173,6 +198,7 @@ fn items(services: &mut Services, ui: &mut Ui, commands: &[Command]) {
                 services.state.view.recording_layout == RecordingLayout::SmallMultiples
             }
             Command::SetMode(mode) => services.state.view.mode == mode,
+            Command::SteadyState => services.state.view.from_steady,
             Command::Workspace(id) => services.state.view.workspace == id.name(),
             _ => false,
         };

@@ -2,6 +2,7 @@
 //! here acts on `Services`.
 
 pub(super) mod diagnosis;
+pub(super) mod explore;
 pub(super) mod intake;
 pub(super) mod kept_curves;
 pub(super) mod menus;

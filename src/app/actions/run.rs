@@ -8,12 +8,14 @@ use eframe::egui::{Event, InputState, Key, KeyboardShortcut, Ui, ViewportCommand
 use super::kept_curves;
 use super::save::save;
 use crate::app::analysis::diagnosis;
+use crate::app::analysis::explore::source::drive_of;
 use crate::app::dialogs::{Answer, Target};
 use crate::app::files::built_in;
 use crate::app::files::event::{FileEvent, Purpose};
 use crate::app::services::Services;
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
+use crate::app::setup::explore::DriveSource;
 use crate::app::setup::overlay::Overlay;
 use crate::app::setup::view::View;
 use crate::app::setup::workspace_id::WorkspaceId;
@@ -58,7 +60,7 @@ pub fn is_possible(services: &Services, command: Command) -> bool {
         Command::Redo => services.history.can_redo(),
         Command::TogglePause | Command::Restart => live,
         Command::Step => live && state.paused,
-        Command::LoadDrive => state.setup.preset.model.piezo.is_some(),
+        Command::LoadDrive | Command::UseDrawnDrive => state.setup.preset.model.piezo.is_some(),
         Command::AutoAlign => !state.setup.overlays.is_empty() && state.snapshot.is_some(),
         Command::SmallMultiples => state.setup.overlays.iter().filter(|o| o.visible).count() > 1,
         Command::RemoveRecording => selected(state).is_some(),
@@ -82,6 +84,11 @@ pub fn is_possible(services: &Services, command: Command) -> bool {
         Command::SaveDiagnosed | Command::ExportReport | Command::ExportDiagnosis => {
             diagnosing.shown().is_some()
         }
+        Command::SteadyState => {
+            state.view.from_steady || drive_of(&state.setup, DriveSource::Tune).is_ok()
+        }
+        Command::ExportMap => state.exploring.map.run.growing().is_some(),
+        Command::ExportGait => state.exploring.gait.feet.asked().is_some(),
         Command::Example => diagnosing.running.is_none() && diagnosing.trial.sealed.is_none(),
         _ => true,
     }
@@ -132,6 +139,10 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         }
         Command::ResetAll => reset_all(services),
         Command::SetMode(mode) => set_mode(state, mode),
+        Command::SteadyState => {
+            state.view.from_steady = !state.view.from_steady;
+            set_mode(state, Mode::WholeSpan);
+        }
         Command::TogglePause => {
             state.paused = !state.paused;
             if !state.paused {
@@ -190,6 +201,14 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         | Command::AcceptDiagnosis
         | Command::Example
         | Command::SealedTrial => super::diagnosis::run(services, ui.ctx(), command),
+        Command::Explore(_)
+        | Command::UseDrawnDrive
+        | Command::DrawTuneDrive
+        | Command::LoadWaveform
+        | Command::SaveWaveform
+        | Command::ExportWaveform
+        | Command::ExportMap
+        | Command::ExportGait => super::explore::run(services, command),
         Command::SaveDiagnosed => services.dialogs.ask_path(Some(Purpose::Diagnosed)),
         Command::ExportReport => services.dialogs.ask_path(Some(Purpose::Report)),
         Command::ExportDiagnosis => services.dialogs.ask_path(Some(Purpose::Diagnosis)),
@@ -278,6 +297,7 @@ pub fn dialogs(services: &mut Services, ui: &mut Ui) {
         Some(Answer::Command(command)) => services.state.ask(command),
         Some(Answer::Open(path)) => services.files.open(path),
         Some(Answer::Drive(path)) => services.files.drive(path),
+        Some(Answer::Waveform(path)) => services.files.drawn(path),
         Some(Answer::Found(id, path)) => {
             if let Some(entry) = services
                 .missing_recordings

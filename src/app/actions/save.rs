@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::explore;
 use crate::app::export;
 use crate::app::files::atomic_write::write_atomically;
 use crate::app::files::event::{FileEvent, Purpose};
@@ -82,6 +83,9 @@ fn write(
         Purpose::Trace => {
             let snapshot = state.snapshot.as_ref().ok_or(MISSING_RUN_REASON)?;
             write_atomically(path, &export::trace_csv::text(snapshot)?).map_err(|e| text(&e))
+        }
+        Purpose::Waveform | Purpose::Generator(_) | Purpose::GaitContacts | Purpose::Map => {
+            explore::write(state, purpose, path)
         }
         Purpose::Events => events_csv::write(path, &trace()?.events)
             .map_err(|error| format!("{}: {error}", path.display())),

@@ -4,6 +4,7 @@
 pub mod diagnosis;
 pub(super) mod diagnosis_answer;
 pub mod diagnosis_view;
+pub mod explore;
 pub mod fit;
 pub mod identification;
 pub mod job;

@@ -47,6 +47,8 @@ pub enum Target {
     Lost(OverlayId),
     /// A drive voltage.
     Drive,
+    /// A drawn waveform.
+    Waveform,
 }
 
 /// What the person answered.
@@ -60,6 +62,8 @@ pub enum Answer {
     Found(OverlayId, PathBuf),
     /// Drive with the voltage in a file.
     Drive(PathBuf),
+    /// Edit the drawn waveform in a file.
+    Waveform(PathBuf),
     /// Save to a file.
     Save(Purpose, PathBuf),
     /// Import a recording with these settings.

@@ -140,6 +140,7 @@ impl PathDialog {
                     Target::Any => Answer::Open(bare),
                     Target::Lost(id) => Answer::Found(id, bare),
                     Target::Drive => Answer::Drive(bare),
+                    Target::Waveform => Answer::Waveform(bare),
                 });
             }
             self.error = Some(if bare.is_dir() {
@@ -194,6 +195,7 @@ impl PathDialog {
                 Target::Any => ("Open a file", "Open"),
                 Target::Lost(_) => ("Locate the recording", "Open"),
                 Target::Drive => ("Open a drive (CSV with t and V)", "Open"),
+                Target::Waveform => ("Open a drawn waveform", "Open"),
             },
             Some(_) if self.confirm.is_some() => ("Save to a file", "Replace"),
             Some(_) => ("Save to a file", "Save"),

@@ -5,6 +5,7 @@
 
 mod canvas;
 pub mod error;
+pub(crate) mod map_csv;
 mod page;
 pub mod sheet;
 #[cfg(test)]

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::{DiagnosisChoices, Setup};
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
+use crate::app::setup::explore::ExploreChoices;
 use crate::app::setup::overlay::{Estimates, Overlay};
 use crate::app::setup::own_drive::OwnDrive;
 use crate::model::drive::Waveform;
@@ -71,6 +72,7 @@ pub fn from_preset(preset: Preset) -> Setup {
         overlays: Vec::new(),
         kept: Vec::new(),
         diagnosis: DiagnosisChoices::default(),
+        explore: ExploreChoices::default(),
     }
 }
 

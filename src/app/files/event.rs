@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use super::session_text::{Loaded, RecordingEntry};
 use crate::app::setup::overlay::OverlayId;
+use crate::explore::waveform::EditableWaveform;
+use crate::explore::waveform::export::GeneratorFormat;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
@@ -41,6 +43,8 @@ pub enum FileEvent {
     Aligned { id: OverlayId, found: Aligned },
     /// The file of a session's recording is missing.
     Lost { id: OverlayId, message: String },
+    /// A drawn waveform was read.
+    Drawn { drawn: Box<EditableWaveform> },
     /// A drive was read.
     Drive { waveform: Waveform },
     /// The system has no file dialog, so the path must be typed; `None` is for opening.
@@ -70,6 +74,14 @@ pub enum Purpose {
     Report,
     /// The diagnosis for programs.
     Diagnosis,
+    /// The drawn waveform.
+    Waveform,
+    /// One period of the drawn waveform for a function generator.
+    Generator(GeneratorFormat),
+    /// The contacts of a gait.
+    GaitContacts,
+    /// A map.
+    Map,
 }
 
 impl Purpose {
@@ -85,6 +97,11 @@ impl Purpose {
             Purpose::Diagnosed => "diagnosed-device.toml",
             Purpose::Report => "diagnosis.html",
             Purpose::Diagnosis => "diagnosis.json",
+            Purpose::Waveform => "waveform.toml",
+            Purpose::Generator(GeneratorFormat::Keysight) => "waveform.arb",
+            Purpose::Generator(_) => "waveform.csv",
+            Purpose::GaitContacts => "gait.csv",
+            Purpose::Map => "map.csv",
         }
     }
 }

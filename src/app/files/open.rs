@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use super::event::{FileEvent, Purpose, failed};
 use super::jobs::{Context, Jobs, Repaint, Working};
-use super::reading::{drive_from, import_with, open};
+use super::reading::{drawn_from, drive_from, import_with, open};
 use super::recent::absolute;
 use super::session_text::RecordingEntry;
 use crate::app::analysis::job::panic_text;
@@ -125,6 +125,12 @@ impl Files {
     pub fn drive(&self, path: PathBuf) {
         let path = absolute(&path);
         self.spawn(path.clone(), move |_| Some(drive_from(&path)));
+    }
+
+    /// Reads a drawn waveform.
+    pub fn drawn(&self, path: PathBuf) {
+        let path = absolute(&path);
+        self.spawn(path.clone(), move |_| Some(drawn_from(&path)));
     }
 
     /// Previews how a recording would be read, so that the person can change the settings.

@@ -8,6 +8,7 @@ use super::jobs::Context;
 use super::session;
 use super::session_text::RecordingEntry;
 use crate::app::files::recent;
+use crate::explore::waveform::{is_waveform_file, load};
 use crate::model::drive::DriveReading;
 use crate::model::preset::Preset;
 use crate::recording::csv::{ImportSettings, import, import_voltage, preview};
@@ -68,6 +69,10 @@ fn open_toml(path: PathBuf, context: &Context) -> FileEvent {
             },
         };
     }
+    if std::fs::read_to_string(&path).is_ok_and(|text| is_waveform_file(&text)) {
+        recent::remember(&path, None);
+        return drawn_from(&path);
+    }
     match Preset::load(&path.to_string_lossy()) {
         Ok(preset) => {
             recent::remember(&path, None);
@@ -119,6 +124,16 @@ pub(super) fn import_with(
             _ => failed(&error),
         },
     })
+}
+
+/// Reads a drawn waveform from its file.
+pub(super) fn drawn_from(path: &Path) -> FileEvent {
+    match load(path) {
+        Ok(drawn) => FileEvent::Drawn {
+            drawn: Box::new(drawn),
+        },
+        Err(error) => failed(&error),
+    }
 }
 
 /// Reads the voltage of a file as a drive.

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::built_in;
 use crate::app::setup::current_setup::{DiagnosisChoices, Setup};
 use crate::app::setup::drive_text::{DriveEntry, OwnDriveEntry};
+use crate::app::setup::explore::ExploreChoices;
 use crate::app::setup::kept_curve::{KeptCurve, lasting, of_session};
 use crate::app::setup::overlay::{Estimates, Overlay, Role};
 use crate::app::setup::own_drive::OwnDrive;
@@ -64,6 +65,9 @@ struct File {
     /// What a diagnosis is asked.
     #[serde(default, skip_serializing_if = "DiagnosisChoices::is_usual")]
     diagnosis: DiagnosisChoices,
+    /// What was chosen in the Explore workspace.
+    #[serde(default, skip_serializing_if = "ExploreChoices::is_usual")]
+    explore: ExploreChoices,
 }
 
 /// A recording that a session refers to.
@@ -130,6 +134,7 @@ pub fn to_text(
             .collect(),
         kept: lasting(&setup.kept),
         diagnosis: setup.diagnosis.clone(),
+        explore: setup.explore.clone(),
     };
     toml::to_string(&file).map_err(|error| error.to_string())
 }
@@ -268,6 +273,7 @@ fn loaded(mut file: File) -> Result<Loaded, String> {
             overlays,
             kept,
             diagnosis: file.diagnosis,
+            explore: file.explore,
         },
         view: file.view,
         recordings,

@@ -2,4 +2,5 @@
 //! trial from start to end.
 
 pub mod load_example;
+pub mod open_case;
 pub(super) mod sealed_trial;

@@ -10,6 +10,7 @@ use crate::app::analysis::sealed_trial::{Draw, Guess, Level, Suspended, Tally, T
 use crate::app::files::built_in;
 use crate::app::setup::current_setup::{DiagnosisChoices, Setup};
 use crate::app::setup::drive_text::{DriveEntry, OwnDriveEntry};
+use crate::app::setup::explore::ExploreChoices;
 use crate::app::setup::kept_curve::KeptCurve;
 use crate::app::setup::overlay::{Estimates, Overlay, OverlayId, Role};
 use crate::model::preset::Preset;
@@ -92,6 +93,8 @@ pub(super) struct StoredSetup {
     kept: Vec<KeptCurve>,
     #[serde(default)]
     diagnosis: DiagnosisChoices,
+    #[serde(default)]
+    explore: ExploreChoices,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -127,6 +130,7 @@ impl StoredSetup {
             recordings: setup.overlays.iter().map(overlay).collect(),
             kept: setup.kept.clone(),
             diagnosis: setup.diagnosis.clone(),
+            explore: setup.explore.clone(),
         }
     }
 
@@ -161,6 +165,7 @@ impl StoredSetup {
             overlays: recordings.collect::<Option<_>>()?,
             kept: self.kept,
             diagnosis: self.diagnosis,
+            explore: self.explore,
         })
     }
 }

@@ -3,6 +3,7 @@
 pub mod device;
 mod drive_loop;
 mod event_corners;
+pub(crate) mod explore;
 mod forces;
 pub mod frame;
 mod multiples;

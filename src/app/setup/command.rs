@@ -3,6 +3,7 @@
 use eframe::egui::{Key, KeyboardShortcut, ModifierNames, Modifiers};
 
 use super::drive_choice::Mode;
+use super::explore::ExplorePanel;
 use super::view::Picture;
 use super::workspace_id::WorkspaceId;
 
@@ -37,6 +38,8 @@ pub enum Command {
     ResetAll,
     /// Whole span or live.
     SetMode(Mode),
+    /// The whole span from the steady response on, or from rest.
+    SteadyState,
     /// Live: pauses or continues.
     TogglePause,
     /// Live: advances one step while paused.
@@ -109,6 +112,22 @@ pub enum Command {
     Example,
     /// Shows or hides the sealed trial.
     SealedTrial,
+    /// Shows a panel of the Explore workspace.
+    Explore(ExplorePanel),
+    /// The drawn waveform becomes the drive.
+    UseDrawnDrive,
+    /// The drive becomes the drawn waveform.
+    DrawTuneDrive,
+    /// Reads a drawn waveform from its file.
+    LoadWaveform,
+    /// Writes the drawn waveform to its file.
+    SaveWaveform,
+    /// Writes one period of the drawn waveform for a function generator.
+    ExportWaveform,
+    /// Writes the map.
+    ExportMap,
+    /// Writes the contacts of the gait.
+    ExportGait,
 }
 
 impl Command {
@@ -131,6 +150,7 @@ impl Command {
             Command::ResetAll,
             Command::SetMode(Mode::WholeSpan),
             Command::SetMode(Mode::Live),
+            Command::SteadyState,
             Command::TogglePause,
             Command::Step,
             Command::Restart,
@@ -166,7 +186,15 @@ impl Command {
             Command::ExportDiagnosis,
             Command::Example,
             Command::SealedTrial,
+            Command::UseDrawnDrive,
+            Command::DrawTuneDrive,
+            Command::LoadWaveform,
+            Command::SaveWaveform,
+            Command::ExportWaveform,
+            Command::ExportMap,
+            Command::ExportGait,
         ]);
+        all.extend(ExplorePanel::ALL.map(Command::Explore));
         all.extend(WorkspaceId::ALL.map(Command::Workspace));
         all.extend(Picture::ALL.map(Command::TogglePicture));
         all
@@ -347,6 +375,39 @@ impl Command {
                 "Sealed trial",
                 "The program conceals an effect; guess it, and see whether the diagnosis finds it",
             ),
+            Command::SteadyState => (
+                "Jump to steady state",
+                "Show the whole span from the steady response on, without the transient",
+            ),
+            Command::Explore(panel) => (panel.command_name(), panel.help()),
+            Command::UseDrawnDrive => (
+                "Use as the drive in Tune",
+                "Simulate with the drawn waveform in the Tune workspace",
+            ),
+            Command::DrawTuneDrive => (
+                "Draw the drive of Tune",
+                "Take the drive of the Tune workspace as handles; it can be undone",
+            ),
+            Command::LoadWaveform => (
+                "Load waveform...",
+                "Open a drawn waveform that was saved before",
+            ),
+            Command::SaveWaveform => (
+                "Save waveform...",
+                "Save handles, frequency, offset, bursts, grid and limits to a file",
+            ),
+            Command::ExportWaveform => (
+                "Export one period...",
+                "Write one period as the file of a function generator",
+            ),
+            Command::ExportMap => (
+                "Export map as CSV...",
+                "Write the points of the map with all measures, one row each",
+            ),
+            Command::ExportGait => (
+                "Export contacts as CSV...",
+                "Write when each foot is down over the cycle",
+            ),
             Command::Quit => ("Quit", "Quit the program; the session is saved"),
         }
     }
@@ -422,6 +483,7 @@ impl Command {
             Command::FindSlider => plain(Key::Slash),
             Command::Workspace(WorkspaceId::Tune) => ctrl(Key::Num1),
             Command::Workspace(WorkspaceId::Diagnose) => ctrl(Key::Num2),
+            Command::Workspace(WorkspaceId::Explore) => ctrl(Key::Num3),
             Command::TogglePicture(picture) => {
                 let number = [
                     Key::Num1,

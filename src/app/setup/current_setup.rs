@@ -7,6 +7,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::drive_choice::DriveChoice;
+use super::explore::ExploreChoices;
 use super::kept_curve::KeptCurve;
 use super::overlay::Overlay;
 use crate::model::drive::Waveform;
@@ -31,6 +32,8 @@ pub struct Setup {
     pub kept: Vec<KeptCurve>,
     /// What a diagnosis is asked beyond its recordings.
     pub diagnosis: DiagnosisChoices,
+    /// What was chosen and drawn in the Explore workspace.
+    pub explore: ExploreChoices,
 }
 
 /// What a person chose of a parameter for a diagnosis, in place of the usual.

@@ -5,6 +5,7 @@ pub mod command;
 pub mod current_setup;
 pub mod drive_choice;
 pub(super) mod drive_text;
+pub mod explore;
 pub mod kept_curve;
 pub mod notice;
 pub mod overlay;

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use super::drive_choice::Mode;
+use super::explore::ExplorePanel;
 use super::kept_curve::KeptCurve;
 use super::overlay::OverlayId;
 
@@ -104,6 +105,8 @@ pub enum RecordingLayout {
 pub struct View {
     /// Live or whole span.
     pub mode: Mode,
+    /// Whether the whole span begins in the steady response instead of at rest.
+    pub from_steady: bool,
     /// Simulated seconds per wall second in Live mode.
     pub slow_down: f64,
     /// Pictures shown.
@@ -132,6 +135,8 @@ pub struct View {
     pub shown_alone: Option<OverlayId>,
     /// Name of the workspace.
     pub workspace: String,
+    /// The panel of the Explore workspace.
+    pub explore_panel: ExplorePanel,
     /// The only curve that sessions of earlier versions keep. When one is read, the curve goes to
     /// the setup.
     #[serde(rename = "kept", skip_serializing)]
@@ -142,6 +147,7 @@ impl Default for View {
     fn default() -> Self {
         Self {
             mode: Mode::WholeSpan,
+            from_steady: false,
             slow_down: 0.01,
             pictures: [
                 Picture::Voltage,
@@ -162,6 +168,7 @@ impl Default for View {
             common_time: false,
             shown_alone: None,
             workspace: "tune".to_owned(),
+            explore_panel: ExplorePanel::default(),
             formerly_kept: None,
         }
     }

@@ -8,19 +8,30 @@ pub enum WorkspaceId {
     Tune,
     /// What the model is missing.
     Diagnose,
+    /// How the steady response depends on drive and coefficients.
+    Explore,
 }
 
 impl WorkspaceId {
     /// All, in the order of the tabs. A window without a known name shows the first.
-    pub const ALL: [WorkspaceId; 2] = [WorkspaceId::Tune, WorkspaceId::Diagnose];
+    pub const ALL: [WorkspaceId; 3] = [
+        WorkspaceId::Tune,
+        WorkspaceId::Diagnose,
+        WorkspaceId::Explore,
+    ];
     /// Their names, as on the command line.
-    pub const NAMES: [&str; 2] = [WorkspaceId::Tune.name(), WorkspaceId::Diagnose.name()];
+    pub const NAMES: [&str; 3] = [
+        WorkspaceId::Tune.name(),
+        WorkspaceId::Diagnose.name(),
+        WorkspaceId::Explore.name(),
+    ];
 
     /// Name on the command line and in session files.
     pub const fn name(self) -> &'static str {
         match self {
             WorkspaceId::Tune => "tune",
             WorkspaceId::Diagnose => "diagnose",
+            WorkspaceId::Explore => "explore",
         }
     }
 
@@ -29,6 +40,7 @@ impl WorkspaceId {
         match self {
             WorkspaceId::Tune => "Tune",
             WorkspaceId::Diagnose => "Diagnose",
+            WorkspaceId::Explore => "Explore",
         }
     }
 
@@ -38,6 +50,9 @@ impl WorkspaceId {
             WorkspaceId::Tune => "Simulate with sliders, compare with recordings, fit parameters",
             WorkspaceId::Diagnose => {
                 "Find the effects that the model is missing, with evidence from recordings"
+            }
+            WorkspaceId::Explore => {
+                "See how the steady response depends on drive and coefficients, draw waveforms"
             }
         }
     }

@@ -45,7 +45,7 @@ impl Entry {
 }
 
 /// All kinds of jobs in the order of the list, each with the job in progress, if there is one.
-fn jobs(services: &Services, ui: &Ui) -> [(&'static str, Option<Entry>); 7] {
+fn jobs(services: &Services, ui: &Ui) -> [(&'static str, Option<Entry>); 12] {
     let of_fit = |p: &crate::fit::Progress| p.iteration as f64 / p.expected.max(1) as f64;
     let state = &services.state;
     let fit = state.fitting.job.as_ref();
@@ -57,6 +57,11 @@ fn jobs(services: &Services, ui: &Ui) -> [(&'static str, Option<Entry>); 7] {
     let (a, b, c) = ("fit", "profile", "identification");
     let (d, e, f) = ("fit to Table A.1", "diagnosis", "sealed trial");
     let (g, sensing) = ("sensitivity", state.sensing.job());
+    let exploring = &state.exploring;
+    let explored = |name, job: Option<&Job<f64, ()>>| {
+        let entry = job.and_then(|job| Entry::of(name, job, |share| *share));
+        (name, entry)
+    };
     [
         (a, fit.and_then(|job| Entry::of(a, job, of_fit))),
         (b, profile.and_then(|(_, job)| Entry::of(b, job, of_fit))),
@@ -74,6 +79,11 @@ fn jobs(services: &Services, ui: &Ui) -> [(&'static str, Option<Entry>); 7] {
         ),
         (f, trial.and_then(|job| Entry::of(f, job, |()| 0.0))),
         (g, sensing.and_then(|job| Entry::of(g, job, |share| *share))),
+        explored("map", exploring.map.run.job()),
+        explored("orbit diagram", exploring.orbit.run.job()),
+        explored("basins", exploring.basins.run.job()),
+        explored("robustness", exploring.robust.map.job()),
+        explored("robust waveform", exploring.robust.search.job()),
     ]
 }
 

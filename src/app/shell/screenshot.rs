@@ -9,6 +9,7 @@ use eframe::egui::{Ui, ViewportCommand};
 use super::options::AppError;
 use crate::app::services::Services;
 use crate::app::setup::drive_choice::Mode;
+use crate::app::setup::workspace_id::WorkspaceId;
 
 /// Frames without work before the picture is taken: the layout has then settled.
 const SETTLED_FRAMES: u32 = 12;
@@ -75,6 +76,9 @@ impl Screenshot {
 fn is_busy(services: &Services, is_broken: bool) -> bool {
     let state = &services.state;
     if services.files.pending() > 0 {
+        return true;
+    }
+    if state.view.workspace == WorkspaceId::Explore.name() && state.exploring.is_busy() {
         return true;
     }
     if !state.kept_runs.are_complete(&state.setup.kept) {

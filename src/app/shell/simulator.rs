@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use crate::app::services::Services;
+use crate::app::setup::drive_choice::Mode;
 use crate::app::setup::notice::Refusal;
 use crate::app::setup::view::Picture;
 use crate::app::simulation::request::SimulationRequest;
@@ -116,6 +117,7 @@ impl Simulator {
             forces: pictures.contains(&Picture::Forces) || pictures.contains(&Picture::Device),
             overlays: state.setup.overlays.clone(),
             mode: state.view.mode,
+            from_steady: state.view.from_steady && state.view.mode == Mode::WholeSpan,
             slow_down: state.view.slow_down,
             paused: state.paused,
             scrub: state.scrub,

@@ -17,6 +17,7 @@ use crate::app::actions::{intake, run};
 use crate::app::files::built_in;
 use crate::app::files::open::Files;
 use crate::app::files::recent::absolute;
+use crate::app::flows::open_case;
 use crate::app::kept;
 use crate::app::services::Services;
 use crate::app::setup::command::Command;
@@ -96,6 +97,7 @@ impl Shell {
             self.applied_dark = Some(services.state.view.dark);
             theme::apply(ui.ctx(), services.state.view.dark);
         }
+        open_case::advance(&mut services.state, ui.ctx());
         shortcuts(services, ui);
         bars::dropped_files(services, ui);
         bars::menu_bar(services, ui);

@@ -23,6 +23,8 @@ pub struct SimulationRequest {
     pub overlays: Vec<Overlay>,
     /// Whole span or live.
     pub mode: Mode,
+    /// Whether the whole span begins in the steady response instead of at rest.
+    pub from_steady: bool,
     /// Live: simulated seconds per wall second.
     pub slow_down: f64,
     /// Live: whether it is paused.
@@ -85,5 +87,6 @@ impl SimulationRequest {
             && self.drive == other.drive
             && self.duration == other.duration
             && self.forces == other.forces
+            && self.from_steady == other.from_steady
     }
 }

@@ -13,9 +13,10 @@ use super::live::Live;
 use super::request::SimulationRequest;
 use super::snapshot::{OverlayComparison, Snapshot};
 use super::stretch_misfits::StretchMisfits;
+use crate::app::analysis::explore::steady::steady_run;
 use crate::app::analysis::job::panic_text;
 use crate::app::setup::drive_choice::Mode;
-use crate::sim::{SimError, simulate_while};
+use crate::sim::{SimError, Trace, simulate_while};
 
 /// A run that takes longer is given up when something newer is requested. Shorter ones are
 /// finished, so that a slider drag shows all its curves.
@@ -50,6 +51,19 @@ struct Inbox {
 /// A poisoned lock only says that a panic happened elsewhere; the data is a plain slot.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The run of the whole span; `None` if `go_on` said no.
+fn whole_span(
+    request: &SimulationRequest,
+    go_on: impl FnMut() -> bool,
+) -> Result<Option<Trace>, SimError> {
+    let (model, drive) = (&*request.model, &request.drive);
+    let (duration, options) = (request.duration, request.options());
+    if request.from_steady {
+        return steady_run((model, drive), duration, &options, go_on);
+    }
+    simulate_while(model, drive, duration, &options, go_on)
 }
 
 /// Handle of the worker thread; ends it when dropped.
@@ -227,9 +241,7 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
                 Some(shown) => Arc::clone(&shown.trace),
                 None => {
                     let go_on = || Self::is_worth_finishing(&shared_slot, started);
-                    let (model, drive) = (&request.model, &request.drive);
-                    match simulate_while(model, drive, request.duration, &request.options(), go_on)
-                    {
+                    match whole_span(request, go_on) {
                         Ok(Some(trace)) => Arc::new(trace),
                         // The newer request is in the inbox.
                         Ok(None) => return None,
@@ -258,7 +270,9 @@ impl<R: Fn() + Send + Clone + 'static> Engine<R> {
             self.generation += 1;
             let mut snapshot =
                 Snapshot::new(self.generation, &request.model, trace, compared, cost);
-            snapshot.run_of = Some((request.drive.clone(), request.duration));
+            // A run that begins in the steady response is not that of its drive from rest.
+            let of = || (request.drive.clone(), request.duration);
+            snapshot.run_of = (!request.from_steady).then(of);
             self.show(request, snapshot.clone());
             snapshot
         };

@@ -13,6 +13,7 @@ pub fn request(setup: &Setup) -> SimulationRequest {
         duration: 0.1,
         forces: false,
         overlays: setup.overlays.clone(),
+        from_steady: false,
         mode: Mode::WholeSpan,
         slow_down: 0.1,
         paused: false,

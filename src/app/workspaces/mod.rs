@@ -7,6 +7,7 @@ use super::setup::workspace_id::WorkspaceId;
 use super::state::State;
 
 pub mod diagnose;
+pub mod explore;
 mod recording_faults;
 pub mod tune;
 
@@ -18,5 +19,6 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     match workspace.unwrap_or(WorkspaceId::ALL[0]) {
         WorkspaceId::Tune => tune::show(ui, state),
         WorkspaceId::Diagnose => diagnose::show(ui, state),
+        WorkspaceId::Explore => explore::show(ui, state),
     }
 }

@@ -13,6 +13,7 @@ mod csv;
 mod device;
 mod error;
 mod phases;
+mod response;
 #[cfg(test)]
 mod tests;
 mod timeline;

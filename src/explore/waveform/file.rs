@@ -79,12 +79,23 @@ fn is_zero(value: &f64) -> bool {
 /// # Errors
 /// [`WaveformError::Io`], and [`WaveformError::File`] for values that no file holds.
 pub fn save(path: &Path, waveform: &EditableWaveform) -> Result<(), WaveformError> {
-    let fail = |reason: String| WaveformError::File {
-        path: path.to_owned(),
-        reason,
-    };
     // What cannot be a drive is not written either.
     waveform.waveform()?;
+    let text = to_text(waveform).map_err(|reason| WaveformError::File {
+        path: path.to_owned(),
+        reason,
+    })?;
+    write_atomically(path, text.as_bytes()).map_err(|source| WaveformError::Io {
+        path: path.to_owned(),
+        source,
+    })
+}
+
+/// The text of a waveform's file.
+///
+/// # Errors
+/// A value that no file holds, in words.
+pub fn to_text(waveform: &EditableWaveform) -> Result<String, String> {
     let file = WaveformFile {
         format: FILE_FORMAT.to_owned(),
         version: FILE_VERSION,
@@ -104,11 +115,13 @@ pub fn save(path: &Path, waveform: &EditableWaveform) -> Result<(), WaveformErro
             .map(|p| (p.time, p.voltage))
             .collect(),
     };
-    let text = toml::to_string(&file).map_err(|error| fail(error.to_string()))?;
-    write_atomically(path, text.as_bytes()).map_err(|source| WaveformError::Io {
-        path: path.to_owned(),
-        source,
-    })
+    toml::to_string(&file).map_err(|error| error.to_string())
+}
+
+/// Whether a text says of itself that it is a drawn waveform.
+#[must_use]
+pub fn is_waveform_file(text: &str) -> bool {
+    toml::from_str(text).is_ok_and(|header: Header| header.format.as_deref() == Some(FILE_FORMAT))
 }
 
 /// Reads a waveform's file.
@@ -140,7 +153,11 @@ pub fn load(path: &Path) -> Result<EditableWaveform, WaveformError> {
     parse(&text).map_err(fail)
 }
 
-fn parse(text: &str) -> Result<EditableWaveform, String> {
+/// Reads the text of a waveform's file.
+///
+/// # Errors
+/// What is wrong, with the line.
+pub fn parse(text: &str) -> Result<EditableWaveform, String> {
     let in_words = |error: toml::de::Error| {
         let line = error
             .span()

@@ -18,6 +18,8 @@ mod tests;
 
 pub use self::editable::{EditableWaveform, SnapGrid};
 pub use self::error::WaveformError;
-pub use self::file::{file_and_fields, load, read_drive_file, save};
+pub use self::file::{
+    file_and_fields, is_waveform_file, load, parse, read_drive_file, save, to_text,
+};
 pub use self::limits::{DriveLimits, Excess, ExcessKind, excesses};
 pub use self::parameters::{WaveformParameter, WaveformQuantity, get, parameters, set};

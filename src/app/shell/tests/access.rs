@@ -13,6 +13,7 @@ use egui_kittest::{Harness, Node};
 use super::{WithRecording, harness_of, preset, read_all, recording, wait};
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
+use crate::app::setup::explore::ExplorePanel;
 use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::shell::options::WindowOptions;
 use crate::app::shell::window::*;
@@ -154,6 +155,22 @@ fn every_control_of_the_diagnose_workspace_is_reached() {
     harness.state_mut().services.state.ask(Command::SealedTrial);
     harness.run_steps(4);
     check(harness, "Diagnose, sealed trial");
+}
+
+#[test]
+fn every_control_of_the_explore_workspace_is_reached() {
+    for panel in ExplorePanel::ALL {
+        let mut window = WithRecording::open();
+        let harness = &mut window.harness;
+        let state = &mut harness.state_mut().services.state;
+        state.setup.explore.map.points = 3;
+        state.setup.explore.orbit.points = 3;
+        state.setup.explore.basins.points = 2;
+        state.ask(Command::Explore(panel));
+        harness.run_steps(4);
+        work_done(harness);
+        check(harness, panel.title());
+    }
 }
 
 #[derive(Debug)]

@@ -318,6 +318,7 @@ fn entry(
                 duration: origin.duration,
                 forces: false,
                 overlays: Vec::new(),
+                from_steady: false,
                 mode: Mode::WholeSpan,
                 slow_down: 1.0,
                 paused: false,

@@ -3,9 +3,11 @@
 
 use eframe::egui::{Align, Button, Id, Layout, Panel, RichText, Ui, vec2};
 
+use crate::app::analysis::explore::source::drive_of;
 use crate::app::setup::command::Command;
 use crate::app::setup::current_setup::Setup;
 use crate::app::setup::drive_choice::Mode;
+use crate::app::setup::explore::DriveSource;
 use crate::app::simulation::snapshot::LiveState;
 use crate::app::state::State;
 use crate::app::widgets::callout;
@@ -131,6 +133,16 @@ fn whole_span(ui: &mut Ui, state: &mut State, is_narrow: bool) {
         {
             state.setup.duration = end;
         }
+    }
+    let is_on = state.view.from_steady;
+    let is_possible = is_on || drive_of(&state.setup, DriveSource::Tune).is_ok();
+    let steady = ui.add_enabled(is_possible, Button::selectable(is_on, "Steady state"));
+    if steady
+        .on_hover_text(hint(Command::SteadyState))
+        .on_disabled_hover_text("Only a drive that repeats has a steady response")
+        .clicked()
+    {
+        state.ask(Command::SteadyState);
     }
     // In a narrow window the status bar alone says it.
     if let Some(snapshot) = state.snapshot.as_ref().filter(|_| !is_narrow) {

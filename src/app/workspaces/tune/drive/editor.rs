@@ -117,6 +117,16 @@ pub fn show(ui: &mut Ui, state: &mut State, place: Place) {
         DriveChoice::Waveform(waveform) => values(ui, &mut state.setup, waveform, place),
         DriveChoice::Recorded(_) => recorded(ui, &mut state.setup, place),
     }
+    if matches!(
+        state.setup.drive,
+        DriveChoice::Waveform(Waveform::Periodic(_))
+    ) {
+        let button = ui.button("Draw it in Explore");
+        let help = "Change this waveform by its handles in the Explore workspace";
+        if button.on_hover_text(help).clicked() {
+            state.ask(Command::DrawTuneDrive);
+        }
+    }
     preview::show(ui, &state.setup, place);
     if place == Place::Panel {
         let button = ui.add(Button::new("Open beside the plots").small());
