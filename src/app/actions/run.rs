@@ -156,27 +156,7 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
             state.paused = false;
         }
         Command::KeepCurve => kept_curves::keep(services),
-        Command::KeptCurves => state.kept_open = !state.kept_open,
-        Command::TogglePicture(picture) => {
-            if !state.view.pictures.remove(&picture) {
-                state.view.pictures.insert(picture);
-                state.reveal = Some(picture);
-            }
-        }
-        Command::ZoomAll => zoom_all(state),
-        Command::ResidualUnit => state.view.switch_residual_unit(),
-        Command::FixResidual => state.view.fix_residual_in_noise(),
-        Command::SmallMultiples => state.view.switch_recording_layout(),
-        Command::ToggleTheme => {
-            state.view.dark = !state.view.dark;
-        }
-        Command::SidePanel => state.view.side_panel = !state.view.side_panel,
         Command::Help => services.dialogs.toggle_help(),
-        Command::Identification => state.identification.open = !state.identification.open,
-        Command::Sensitivity => state.sensing.open = !state.sensing.open,
-        Command::FitPanel => state.fitting.open = !state.fitting.open,
-        Command::Validation => state.validation_open = !state.validation_open,
-        Command::DriveEditor => state.drive_editor_open = !state.drive_editor_open,
         Command::AutoAlign => align(services),
         Command::ImportSettings => {
             if let Some(path) = selected(state).and_then(|o| o.recording.path.clone()) {
@@ -217,7 +197,47 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
             slider_search::ask(ui.ctx());
         }
         Command::Palette => services.dialogs.open_palette(),
+        Command::KeptCurves
+        | Command::TogglePicture(_)
+        | Command::ZoomAll
+        | Command::ResidualUnit
+        | Command::FixResidual
+        | Command::SmallMultiples
+        | Command::ToggleTheme
+        | Command::SidePanel
+        | Command::Identification
+        | Command::Sensitivity
+        | Command::FitPanel
+        | Command::Validation
+        | Command::DriveEditor => change_view(state, command),
         Command::Quit => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
+    }
+}
+
+/// What is shown, and how.
+fn change_view(state: &mut State, command: Command) {
+    match command {
+        Command::KeptCurves => state.kept_open = !state.kept_open,
+        Command::TogglePicture(picture) => {
+            if !state.view.pictures.remove(&picture) {
+                state.view.pictures.insert(picture);
+                state.reveal = Some(picture);
+            }
+        }
+        Command::ZoomAll => zoom_all(state),
+        Command::ResidualUnit => state.view.switch_residual_unit(),
+        Command::FixResidual => state.view.fix_residual_in_noise(),
+        Command::SmallMultiples => state.view.switch_recording_layout(),
+        Command::ToggleTheme => {
+            state.view.dark = !state.view.dark;
+        }
+        Command::SidePanel => state.view.side_panel = !state.view.side_panel,
+        Command::Identification => state.identification.open = !state.identification.open,
+        Command::Sensitivity => state.sensing.open = !state.sensing.open,
+        Command::FitPanel => state.fitting.open = !state.fitting.open,
+        Command::Validation => state.validation_open = !state.validation_open,
+        Command::DriveEditor => state.drive_editor_open = !state.drive_editor_open,
+        _ => {}
     }
 }
 

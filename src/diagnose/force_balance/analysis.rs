@@ -20,6 +20,7 @@ use crate::fit::Part;
 use crate::fit::inspect::recording_summary::RecordingSummary;
 use crate::fit::problem::prepare::Prepared;
 use crate::model::effects::{ActiveEffect, EffectSpec};
+use crate::model::parameter::ParameterId;
 use crate::model::{Model, with_effect};
 
 /// Time over which the motion is smoothed on either side, as a share of a test function's half width.
@@ -238,7 +239,7 @@ pub fn guide(
     let first = known.mode;
     let solved = balance.settle_clocks(&mut known)?;
     let near = solved.chi2().train_per_row() < TUNED_MAX_CHI2;
-    let tuned = near.then(|| known.mode.tuned(model, &first));
+    let tuned = near.then(|| retuned(workspace, model, &known.mode.tuned(model, &first)));
     if solved.chi2().train_per_row() < min_chi2 {
         let scales_differ = do_scales_differ(&balance, (&known, &solved), min_chi2)?;
         return Ok(BalanceGuide {
@@ -259,10 +260,10 @@ pub fn guide(
         log::debug!("force balance: {effect:?} brings {:?}", e.gain);
         BalanceRival {
             bounds: form.bounds(&forms),
-            model: e
-                .known
-                .mode
-                .tuned(&with_effect(model, effect.clone()), &first),
+            model: {
+                let with = with_effect(model, effect.clone());
+                retuned(workspace, &with, &e.known.mode.tuned(&with, &first))
+            },
             form,
             effect,
             gain: e.gain,
@@ -274,6 +275,17 @@ pub fn guide(
         scales_differ,
         tuned,
     })
+}
+
+/// `model` with those parameters of `tuned` that are free.
+fn retuned(workspace: &Workspace, model: &Model, tuned: &Model) -> Model {
+    let mut out = model.clone();
+    for id in [ParameterId::F1, ParameterId::Zeta1, ParameterId::Eta] {
+        if workspace.free.iter().any(|free| free == id.spec().id) {
+            out.parameters.set(id, tuned.parameters[id]);
+        }
+    }
+    out
 }
 
 /// Whether the balance with what is `known` leaves much more where the scales of all readings are

@@ -160,12 +160,11 @@ fn search_forward(
         let only = options.by_hand.as_ref().map(|ids| ids[round].as_str());
         // No effect could bring enough to be named.
         let little = state.most_left() < FURTHER_MIN_SHARE * state.explained();
-        if only.is_none() && little {
-            break;
-        }
-        scales_differ = only.is_none() && do_scales_differ(&workspace, &state, options)?;
-        if scales_differ {
-            break;
+        if only.is_none() {
+            scales_differ = !little && do_scales_differ(&workspace, &state, options)?;
+            if little || scales_differ {
+                break;
+            }
         }
         let mut round_scores =
             evaluate_hypotheses(&workspace, &state, options, only, control, &about)?;

@@ -135,7 +135,7 @@ fn voltage_excesses(piece: &Segment, limit: f64) -> Vec<(f64, f64, f64)> {
     let value = |t: f64| piece.shape.voltage(t);
     let mut found = Vec::new();
     for sign in [1.0, -1.0] {
-        let is_beyond = |t: f64| sign * value(t) > limit;
+        let is_beyond = |t: f64| sign * value(t) > limit * (1.0 + VOLTAGE_ROUNDING);
         let largest = value(start).abs().max(value(end).abs());
         match (is_beyond(start), is_beyond(end)) {
             (true, true) => found.push((start, end, largest)),
@@ -147,6 +147,10 @@ fn voltage_excesses(piece: &Segment, limit: f64) -> Vec<(f64, f64, f64)> {
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found
 }
+
+/// A voltage beyond its limit by less than this share of it is at the limit: lines meet their ends
+/// but for rounding.
+const VOLTAGE_ROUNDING: f64 = 1e-9;
 
 /// Where a piece is steeper than a limit: begin, end, steepest.
 fn slew_excesses(piece: &Segment, limit: f64) -> Vec<(f64, f64, f64)> {
