@@ -143,12 +143,7 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
             state.view.from_steady = !state.view.from_steady;
             set_mode(state, Mode::WholeSpan);
         }
-        Command::TogglePause => {
-            state.paused = !state.paused;
-            if !state.paused {
-                state.scrub = None;
-            }
-        }
+        Command::TogglePause => toggle_pause(state),
         Command::Step => services.steps += 1,
         Command::Restart => {
             services.restarts += 1;
@@ -211,6 +206,13 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         | Command::Validation
         | Command::DriveEditor => change_view(state, command),
         Command::Quit => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
+    }
+}
+
+fn toggle_pause(state: &mut State) {
+    state.paused = !state.paused;
+    if !state.paused {
+        state.scrub = None;
     }
 }
 

@@ -5,7 +5,7 @@ mod answer;
 mod choices;
 mod search;
 
-use eframe::egui::{CentralPanel, Panel, ScrollArea, Ui, vec2};
+use eframe::egui::{CentralPanel, Id, Panel, ScrollArea, Ui, UiBuilder, vec2};
 
 use super::fields::{refusal, remark};
 use crate::app::analysis::explore::robust::{map_question, point_question};
@@ -45,7 +45,10 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                 .show(ui, |ui| {
                     answer::show(ui, state);
                     ui.separator();
-                    search::show(ui, state);
+                    // An id of its own, because the answer above comes and goes: else the focus
+                    // of the keyboard is lost each time.
+                    let own = UiBuilder::new().id(Id::new("robust search"));
+                    ui.scope_builder(own, |ui| search::show(ui, state));
                 });
         });
     CentralPanel::default().show(ui, |ui| match refused {

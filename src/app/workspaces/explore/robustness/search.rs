@@ -98,22 +98,19 @@ fn edit(state: &mut State, drive: &Waveform) {
 fn numbers(ui: &mut Ui, state: &mut State, drive: &Waveform) {
     let held = &mut state.setup.explore.robustness.held;
     ui.label(small("It may change:"));
-    // Ids of their own, because the answers above come and go.
-    ui.push_id("numbers searched", |ui| {
-        ui.horizontal_wrapped(|ui| {
-            ui.spacing_mut().item_spacing.x = 3.0;
-            for (id, name) in searchable(drive) {
-                let is_on = !held.contains(&id);
-                let button = ui.selectable_label(is_on, small(&id));
-                if button.on_hover_text(name).clicked() {
-                    if is_on {
-                        held.insert(id);
-                    } else {
-                        held.remove(&id);
-                    }
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 3.0;
+        for (id, name) in searchable(drive) {
+            let is_on = !held.contains(&id);
+            let button = ui.selectable_label(is_on, small(&id));
+            if button.on_hover_text(name).clicked() {
+                if is_on {
+                    held.insert(id);
+                } else {
+                    held.remove(&id);
                 }
             }
-        });
+        }
     });
 }
 
