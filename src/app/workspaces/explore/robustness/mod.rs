@@ -47,7 +47,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                     ui.separator();
                     // An id of its own, because the answer above comes and goes: else the focus
                     // of the keyboard is lost each time.
-                    let own = UiBuilder::new().id(Id::new("robust search"));
+                    let own = UiBuilder::new().scope_id(Id::unique("robust search"));
                     ui.scope_builder(own, |ui| search::show(ui, state));
                 });
         });
