@@ -32,6 +32,7 @@ fn request(overlays: &[Overlay], cs: f64) -> Result<SimulationRequest, Box<dyn s
     let mut model = built_in::setup().preset.model;
     model.parameters.set(ParameterId::Cs, cs);
     Ok(SimulationRequest {
+        from_steady: false,
         model: Arc::new(model),
         drive: Waveform::parse("square:15Hz:8V", 0.4)?,
         duration: 0.4,

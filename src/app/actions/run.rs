@@ -17,7 +17,7 @@ use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
 use crate::app::setup::explore::DriveSource;
 use crate::app::setup::overlay::Overlay;
-use crate::app::setup::view::View;
+use crate::app::setup::view::{Picture, View};
 use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::state::{Cursors, State};
 use crate::app::widgets::slider_search;
@@ -216,16 +216,18 @@ fn toggle_pause(state: &mut State) {
     }
 }
 
+fn toggle_picture(state: &mut State, picture: Picture) {
+    if !state.view.pictures.remove(&picture) {
+        state.view.pictures.insert(picture);
+        state.reveal = Some(picture);
+    }
+}
+
 /// What is shown, and how.
 fn change_view(state: &mut State, command: Command) {
     match command {
         Command::KeptCurves => state.kept_open = !state.kept_open,
-        Command::TogglePicture(picture) => {
-            if !state.view.pictures.remove(&picture) {
-                state.view.pictures.insert(picture);
-                state.reveal = Some(picture);
-            }
-        }
+        Command::TogglePicture(picture) => toggle_picture(state, picture),
         Command::ZoomAll => zoom_all(state),
         Command::ResidualUnit => state.view.switch_residual_unit(),
         Command::FixResidual => state.view.fix_residual_in_noise(),

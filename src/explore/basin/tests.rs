@@ -7,7 +7,7 @@ use crate::explore::test_support::{amplitude, hardening, linear, natural_frequen
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 
-const NEVER: AtomicBool = AtomicBool::new(false);
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 fn plane(x: f64, v: f64, count: usize) -> Beginnings {
     Beginnings::Plane {

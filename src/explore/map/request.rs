@@ -169,7 +169,7 @@ impl MapRequest {
         self.options
             .check()
             .map_err(|error| MapError::Setup(error.to_string()))?;
-        if !(self.point_device_seconds > 0.0) {
+        if self.point_device_seconds.is_nan() || self.point_device_seconds <= 0.0 {
             return Err(MapError::Setup(format!(
                 "{} s of device time a point is no time; give more than 0 s",
                 self.point_device_seconds

@@ -11,7 +11,7 @@ use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::sim::{Event, EventKind, Options, simulate};
 
-const NEVER: AtomicBool = AtomicBool::new(false);
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 fn square() -> Waveform {
     Waveform::parse("square:50Hz:7V", 0.02).unwrap()

@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 
-const NEVER: AtomicBool = AtomicBool::new(false);
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 fn request(
     model: Model,

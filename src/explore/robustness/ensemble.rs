@@ -279,9 +279,12 @@ fn check_normal(normal: &NormalSpread) -> Result<Vec<Vec<f64>>, RobustnessError>
             let explained: f64 = (0..j).map(|k| root[i][k] * root[j][k]).sum();
             let rest = entry - explained;
             let is_wrong = if i == j {
-                (entry - 1.0).abs() > ROUNDED_PIVOT || !(rest > -ROUNDED_PIVOT)
+                (entry - 1.0).abs() > ROUNDED_PIVOT || rest.is_nan() || rest <= -ROUNDED_PIVOT
             } else {
-                !((entry - normal.correlation[j][i]).abs() < ROUNDED_PIVOT)
+                (entry - normal.correlation[j][i])
+                    .abs()
+                    .partial_cmp(&ROUNDED_PIVOT)
+                    != Some(std::cmp::Ordering::Less)
             };
             if is_wrong {
                 return Err(RobustnessError::Ensemble(format!(

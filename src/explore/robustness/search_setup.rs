@@ -133,9 +133,9 @@ impl WaveformSearch {
     /// # Errors
     /// Why it is impossible.
     pub fn drive_with(&self, values: &[f64]) -> Result<Waveform, String> {
-        let own = self.numbers.iter().zip(values);
-        let set = own.fold(Ok(self.drive.clone()), |drive, (number, value)| {
-            waveform::set(&drive?, &number.id, *value)
+        let mut own = self.numbers.iter().zip(values);
+        let set = own.try_fold(self.drive.clone(), |drive, (number, value)| {
+            waveform::set(&drive, &number.id, *value)
         });
         set.map_err(|error| error.to_string())
     }

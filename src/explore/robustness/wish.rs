@@ -70,7 +70,7 @@ impl Wish {
             }
             match (bound.low, bound.high) {
                 (None, None) => return refuse("it has no bound; give a lower or an upper one"),
-                (Some(low), Some(high)) if !(low <= high) => {
+                (Some(low), Some(high)) if low.is_nan() || high.is_nan() || low > high => {
                     return refuse("the lower bound is above the upper one; exchange them");
                 }
                 _ => {}

@@ -174,11 +174,10 @@ impl MapPicture<'_> {
 /// The marked case near a place of the screen.
 #[must_use]
 pub fn case_at<'a>(output: &PlaneOutput, cases: &'a [CaseMark], pos: Pos2) -> Option<&'a CaseMark> {
-    let near = cases.iter().find(|case| {
+    cases.iter().find(|case| {
         let at = output.on_screen(case.place);
         at.distance(pos) <= 1.8 * CASE_RADIUS
-    });
-    near
+    })
 }
 
 fn cases_layer(cases: Vec<CaseMark>, scales: Scales, (ink, ground): (Color32, Color32)) -> Layer {

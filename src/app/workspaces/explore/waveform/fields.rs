@@ -217,7 +217,8 @@ fn burst(ui: &mut Ui, drawn: &mut EditableWaveform) {
 
 /// Grid and limits, and what exceeds them.
 fn limits(ui: &mut Ui, drawn: &mut EditableWaveform) {
-    let rows: [(&str, &str, &str, &mut Option<f64>, &str, f64); 4] = [
+    type Row<'a> = (&'a str, &'a str, &'a str, &'a mut Option<f64>, &'a str, f64);
+    let rows: [Row<'_>; 4] = [
         (
             "grid of time",
             "Time grid",
