@@ -1,6 +1,7 @@
 //! `diagnose`: from recordings to what the model leaves out, as text, JSON and an HTML report.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, ValueEnum};
 
@@ -10,6 +11,11 @@ use super::watch::{watched, watched_force_balance};
 use super::{Failure, interrupt, output, read};
 use crate::diagnose::{DiagnoseOptions, report};
 use crate::model::preset::Preset;
+
+/// Time that the diagnosis of a usual set may take: what a person waits for an answer.
+const USUAL_BUDGET: Duration = Duration::from_secs(60);
+/// Rows of such a set: nine recordings of 5,000.
+const USUAL_ROWS: f64 = 45_000.0;
 
 /// Arguments of the command.
 #[derive(Debug, Args)]
@@ -53,10 +59,10 @@ enum Stage {
 /// [`Failure`] with the exit code.
 pub fn run(args: &Arguments) -> Result<(), Failure> {
     let preset = Preset::load(&args.preset)?;
-    let options = DiagnoseOptions {
+    let budget = args.choices.time()?;
+    let mut options = DiagnoseOptions {
         candidates: candidates(&args.candidates)?,
         choices: args.choices.of(&preset)?,
-        budget: args.choices.time()?,
         ..DiagnoseOptions::default()
     };
     let outputs = [
@@ -67,6 +73,8 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let mut results = output::ready(&outputs, &inputs)?;
     let split = args.held_out.is_empty();
     let (train, held_out) = read::both_sides(&args.recordings, &args.held_out, &args.reading)?;
+    let rows = train.iter().chain(&held_out).map(|part| part.samples.len());
+    options.budget = budget.or(Some(usual_budget(rows.sum())));
     if args.only == Some(Stage::ForceBalance) {
         let found = watched_force_balance(&preset.model, (&train, &held_out), &options)?;
         if let Some(path) = &args.json {
@@ -95,6 +103,11 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         return Err(interrupt::cancelled());
     }
     Ok(())
+}
+
+/// Time that a diagnosis of so many rows may take.
+fn usual_budget(rows: usize) -> Duration {
+    USUAL_BUDGET.mul_f64(f64::max(1.0, rows as f64 / USUAL_ROWS))
 }
 
 #[cfg(test)]
@@ -127,5 +140,7 @@ mod tests {
         let stage = only("force-balance").unwrap().arguments.only;
         assert_eq!(stage, Some(Stage::ForceBalance));
         assert!(only("everything").is_err());
+        assert_eq!(usual_budget(100), USUAL_BUDGET);
+        assert_eq!(usual_budget(90_000), 2 * USUAL_BUDGET);
     }
 }

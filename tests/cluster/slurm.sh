@@ -40,6 +40,11 @@ stop() {
         [ -s "$folder/$file.pid" ] && kill "$(cat "$folder/$file.pid")" || true
     done
     for process in "${started[@]}"; do kill "$process" 2>/dev/null || true; done
+    # The controller writes its state while it ends.
+    for _ in $(seq 50); do
+        [ -e "$folder/slurmctld.pid" ] || [ -e "$folder/slurmd.pid" ] || break
+        sleep 0.2
+    done
     rm -rf "$folder"
 }
 trap stop EXIT

@@ -20,6 +20,8 @@ const NO_PARAMETER: &str = "none";
 const ERROR_SIGNS: [&str; 3] = ["+-", "+/-", "\u{b1}"];
 /// Longest time that can be asked for \[s\]: a year. Beyond it times are not counted reliably.
 const MAX_BUDGET_S: f64 = 3.2e7;
+/// The word for no limit.
+const NO_BUDGET: &str = "none";
 
 /// The options.
 #[derive(Debug, Clone, Default, Args)]
@@ -35,7 +37,8 @@ pub struct Choices {
     /// knowledge, and a contradiction is said; repeatable
     #[arg(long, value_name = "ID=VALUE+-ERROR")]
     pub known: Vec<String>,
-    /// Time after which the work ends with the best so far, in seconds, e.g. 30
+    /// Time after which the work ends with the best so far, in seconds, e.g. 30; none for no limit. A
+    /// diagnosis takes 60 s at most unless this is given, more only for more than a usual set of recordings
     #[arg(long, value_name = "SECONDS")]
     pub budget: Option<String>,
 }
@@ -70,16 +73,44 @@ impl Choices {
     ///
     /// # Errors
     /// [`Failure`] of a wrong command.
-    pub fn time(&self) -> Result<Option<Duration>, Failure> {
+    pub fn time(&self) -> Result<Budget, Failure> {
         let read = |text: &String| {
+            if text.trim().eq_ignore_ascii_case(NO_BUDGET) {
+                return Ok(Budget::Unlimited);
+            }
             let seconds = parse_quantity(text, "s").with_context(|| format!("--budget {text}"))?;
             if seconds > 0.0 && seconds <= MAX_BUDGET_S {
-                return Ok(Duration::from_secs_f64(seconds));
+                return Ok(Budget::Of(Duration::from_secs_f64(seconds)));
             }
-            bail!("--budget {text}: the time must be above 0 s and at most a year, for example 30")
+            bail!(
+                "--budget {text}: the time must be above 0 s and at most a year, for example 30; none for no limit"
+            )
         };
-        let read = self.budget.as_ref().map(read).transpose();
+        let read = self.budget.as_ref().map_or(Ok(Budget::Usual), read);
         read.map_err(wrong_command)
+    }
+}
+
+/// How long the work may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Budget {
+    /// As long as the command allows itself.
+    Usual,
+    /// To its end.
+    Unlimited,
+    /// So long.
+    Of(Duration),
+}
+
+impl Budget {
+    /// The limit, if there is one; `usual` is the command's own.
+    #[must_use]
+    pub fn or(self, usual: Option<Duration>) -> Option<Duration> {
+        match self {
+            Self::Usual => usual,
+            Self::Unlimited => None,
+            Self::Of(time) => Some(time),
+        }
     }
 }
 
@@ -261,8 +292,15 @@ mod tests {
         };
         assert_eq!(
             choices.time().ok().unwrap(),
-            Some(Duration::from_millis(1500))
+            Budget::Of(Duration::from_millis(1500))
         );
+        let usual = Some(Duration::from_secs(60));
+        assert_eq!(Choices::default().time().ok().unwrap().or(usual), usual);
+        let choices = Choices {
+            budget: Some("none".to_owned()),
+            ..Choices::default()
+        };
+        assert_eq!(choices.time().ok().unwrap().or(usual), None);
         for (typed, part) in [("drag", "no effect drag"), (",", "names no effect")] {
             let ids: Vec<String> = typed.split(',').map(str::to_owned).collect();
             let failure = candidates(&ids).unwrap_err();

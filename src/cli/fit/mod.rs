@@ -159,7 +159,7 @@ fn device_and_options(args: &Arguments) -> Result<(Preset, FitOptions), Failure>
     let mut options = FitOptions {
         free: choices.free_ids(usual.free.clone()),
         known: choices.known,
-        budget: args.choices.time()?,
+        budget: args.choices.time()?.or(None),
         ..usual
     };
     if let Some(id) = &args.profile

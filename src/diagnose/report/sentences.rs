@@ -132,7 +132,7 @@ pub fn remark(remark: &Remark) -> String {
                 [] => "all effects were compared, but not to the end".to_owned(),
                 these => format!("not compared: {}", these.join(", ")),
             };
-            format!("the time of {time} was used up; {rest}")
+            format!("the time of {time} was used up; {rest}; a longer time (--budget on the command line) may find more")
         }
     }
 }

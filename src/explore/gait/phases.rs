@@ -26,13 +26,15 @@ impl GaitPreset {
     /// All, in the order in which they are offered.
     pub const ALL: [Self; 4] = [Self::InPhase, Self::Alternating, Self::Tripod, Self::Wave];
 
-    /// What a person reads.
+    /// What a person reads, for as many `feet`: the diagonal pairs are the trot of four and the tripod of six.
     #[must_use]
-    pub fn label(self) -> &'static str {
+    pub fn label(self, feet: usize) -> &'static str {
         match self {
             Self::InPhase => "in phase",
             Self::Alternating => "alternating",
-            Self::Tripod => "tripod",
+            Self::Tripod if feet >= 5 => "tripod",
+            Self::Tripod if feet == 4 => "trot",
+            Self::Tripod => "diagonal",
             Self::Wave => "wave",
         }
     }

@@ -137,9 +137,9 @@ pub const MEASURES: [MeasureSpec; 17] = {
             M::Bounces,
             [
                 "bounces",
-                "bounces",
-                "1/period",
-                "bounces a period of the drive",
+                "bounces per period",
+                "",
+                "bounces in a period of the drive",
             ],
             Linear,
             Events,

@@ -15,7 +15,7 @@ use super::ensemble::{Ensemble, Member};
 use super::error::RobustnessError;
 use super::evaluate::Cases;
 use super::result::Robustness;
-use super::search_setup::WaveformSearch;
+use super::search_setup::{SearchedNumber, WaveformSearch};
 use crate::model::drive::Waveform;
 use crate::model::unit::format_number;
 
@@ -28,6 +28,8 @@ const LEADING_SHARE: f64 = 0.2;
 const STEP_SHARES: (f64, f64) = (0.4, 0.9);
 /// Chance that a number is moved.
 const CROSSOVER_CHANCE: f64 = 0.9;
+/// Waveforms are set to steps of at most this share of the bounds of a number.
+const SETTING_STEP: f64 = 1e-3;
 /// Waveforms nearer than this, as a share of the bounds, are one.
 const SAME_WAVEFORM_SHARE: f64 = 0.05;
 /// The seed of the fresh ensemble is the ensemble's with these bits changed.
@@ -169,7 +171,10 @@ fn first_generation(search: &WaveformSearch, rng: &mut ChaCha8Rng) -> Vec<Vec<f6
         }
         for (own, part) in all.iter_mut().zip(parts) {
             let share = (part as f64 + rng.random::<f64>()) / n as f64;
-            own.push(number.low + share * (number.high - number.low));
+            own.push(settable(
+                number,
+                number.low + share * (number.high - number.low),
+            ));
         }
     }
     all[0] = search.start();
@@ -212,11 +217,28 @@ fn moved(search: &WaveformSearch, population: &[Candidate], rng: &mut ChaCha8Rng
                 } else {
                     to
                 };
-                if is_moved { within } else { own[i] }
+                if is_moved {
+                    settable(number, within)
+                } else {
+                    own[i]
+                }
             })
             .collect()
     };
     (0..n).map(|k| one(rng, k)).collect()
+}
+
+/// The value as a person would set it: a whole number of steps, a thousandth of the bounds or less.
+fn settable(number: &SearchedNumber, value: f64) -> f64 {
+    let step = 10f64.powi(((number.high - number.low) * SETTING_STEP).log10().floor() as i32);
+    // Division by the inverse where it is whole: 0.3 rather than 0.30000000000000004.
+    let rounded = if step < 1.0 {
+        let steps = (1.0 / step).round();
+        (value * steps).round() / steps
+    } else {
+        (value / step).round() * step
+    };
+    rounded.clamp(number.low, number.high)
 }
 
 /// `None` if it was cancelled.
@@ -344,7 +366,7 @@ fn distance(search: &WaveformSearch, a: &[f64], b: &[f64]) -> f64 {
 fn why(fresh: &Robustness, before: f64) -> String {
     let percent = |share: f64| format_number(100.0 * share, 3);
     let mut text = format!(
-        "keeps the wish in {} % of {} fresh devices (+- {} %), the start in {} %",
+        "keeps the wish in {} % of {} fresh devices (\u{b1} {} %), the start in {} %",
         percent(fresh.probability),
         fresh.members,
         percent(fresh.std_error()),

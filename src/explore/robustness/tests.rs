@@ -223,6 +223,9 @@ fn the_search_finds_the_middle_of_what_is_wanted() {
     let best = &result.best[0];
     assert!((best.values[0] / 4.0).ln().abs() < 0.2, "{best:?}");
     assert!(best.fresh.probability > 0.95, "{best:?}");
+    // A number that a person could have typed: a whole number of hundredths.
+    let hundredths = 100.0 * best.values[0];
+    assert!((hundredths - hundredths.round()).abs() < 1e-9, "{best:?}");
     let start = result.start.as_ref().unwrap().probability;
     assert!((best.gain - (best.fresh.probability - start)).abs() < 1e-12 && best.gain > 0.5);
     assert!(best.why.contains("fresh devices"), "{}", best.why);

@@ -11,6 +11,7 @@ pub mod source;
 pub mod steady;
 pub mod sweeping;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use self::drawing::Drawing;
@@ -31,6 +32,8 @@ pub struct GaitBench {
     pub plays: bool,
     /// The moment shown, as a share of the common cycle.
     pub moment: f64,
+    /// Devices of the embedded presets that feet have, by the preset's name.
+    pub devices: BTreeMap<String, Arc<Model>>,
 }
 
 /// State of the workspace that neither undo nor a session covers.

@@ -14,8 +14,10 @@ use crate::explore::gait::Gait;
 const NAME_WIDTH: f32 = 132.0;
 /// Room for share of time on the ground \[points\].
 const SHARE_WIDTH: f32 = 62.0;
-/// Height of a foot's row without the drawing of the foot, and with it, at most \[points\].
-const ROW_HEIGHT: f32 = 34.0;
+/// Height of a foot's row, at most \[points\].
+const ROW_HEIGHT: f32 = 46.0;
+/// Height of the drawing of the feet, at most \[points\].
+const FEET_HEIGHT: f32 = 380.0;
 /// Room for ticks and label beneath \[points\].
 const AXIS_HEIGHT: f32 = 36.0;
 /// Height of the row of the support count \[points\].
@@ -87,7 +89,7 @@ impl GaitPicture<'_> {
         let count = self.feet.len().max(1) as f32;
         let room = rect.height() - AXIS_HEIGHT - SUPPORT_HEIGHT - 8.0;
         let row = (0.62 * room / count).clamp(14.0, ROW_HEIGHT);
-        let feet_height = (room - row * count).clamp(0.0, 190.0);
+        let feet_height = (room - row * count).clamp(0.0, FEET_HEIGHT);
         let left = rect.left() + NAME_WIDTH;
         let right = rect.right() - SHARE_WIDTH;
         let top = rect.top() + feet_height;

@@ -12,6 +12,8 @@ use crate::explore::orbit::{OrbitAnswer, OrbitDiagram, OrbitSlice};
 
 /// Share of the height that the exponent takes.
 const EXPONENT_SHARE: f32 = 0.26;
+/// The vertical axis spans at least this share of the largest value shown.
+const LEAST_SPAN_SHARE: f64 = 0.05;
 /// Radius of a point \[points\].
 const POINT_RADIUS: f32 = 1.3;
 /// Share of the extent by which responses up and down differ where they coexist.
@@ -55,10 +57,14 @@ impl OrbitPicture<'_> {
         let (quantity, base, least) = match self.shown {
             OrbitQuantity::Displacement => ("xp at the strobe", "m", 1e-9),
             OrbitQuantity::ImpactSpeed => ("impact speed", "m/s", 1e-6),
-            OrbitQuantity::Bounces => ("bounces", "1/period", 1.0),
+            OrbitQuantity::Bounces => ("bounces per period", "", 1.0),
         };
         let all = points.into_iter().flatten().map(|p| (p[1], p[1]));
-        PlaneAxis::linear(quantity, base, axes::room(axes::union(all), least))
+        let range = axes::union(all);
+        // One response that hardly changes must not look like a cloud.
+        let largest = range.map_or(0.0, |(a, b)| f64::max(a.abs(), b.abs()));
+        let least = f64::max(least, LEAST_SPAN_SHARE * largest);
+        PlaneAxis::linear(quantity, base, axes::room(range, least))
     }
 
     fn points(&self, ui: &mut Ui, size: Vec2) -> PlaneOutput {

@@ -8,6 +8,9 @@ use crate::app::plots::frame::axes::{self, Unit};
 use crate::app::plots::frame::layer::Layer;
 use crate::app::plots::frame::style::{self, AXIS_TEXT, AXIS_WIDTH};
 
+/// Room at the right for the half of a label that stands at the end of the axis \[points\].
+const END_LABEL_ROOM: f32 = 14.0;
+
 /// Least argument of a logarithm: what is not positive lies far below the axis.
 const LEAST_ARGUMENT: f64 = 1e-300;
 /// Units that take no prefix on an axis, as nobody writes 1 kdeg.
@@ -207,7 +210,7 @@ impl Plane<'_> {
         let (x_label, y_label) = (self.x.label(), self.y.label());
         let spoken = format!("{}: {y_label} against {x_label}", self.name);
         let plot = Plot::new(("explore plane", self.name))
-            .width(self.size.x)
+            .width(self.size.x - END_LABEL_ROOM)
             .sense(Sense::click_and_drag());
         let shown_label = self.has_x.then(|| x_label.clone());
         let mut plot = axes::dress(plot, ui, self.size.y, shown_label, y_label.clone());

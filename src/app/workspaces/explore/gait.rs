@@ -1,6 +1,7 @@
 //! The gait panel: feet with devices and delays on the left, the gait diagram and what it says on
 //! the right.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use eframe::egui::{
@@ -33,6 +34,10 @@ const DELAY_STEPS: f64 = 100.0;
 const NO_BODY: &str = "There is no body: each foot is a device of its own that taps its own ground. \
     Feet do not feel one another, none carries a load, and nothing falls over. The diagram shows \
     when feet touch, not whether a robot walks.";
+
+/// How the diagram is read.
+const READING: &str = "Bars: contact. Triangles: bounces. At the right: share of the time in contact. \
+    Drag across the bars to choose the moment that is shown.";
 
 /// Draws the panel.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -125,11 +130,7 @@ fn ask(ui: &Ui, state: &mut State) -> Result<(), String> {
     for device in &all {
         models.push(match device {
             None => Arc::clone(&present),
-            Some(name) => {
-                let preset = Preset::embedded(name)
-                    .ok_or_else(|| format!("there is no preset \"{name}\"; choose another one"))?;
-                Arc::new(preset.model)
-            }
+            Some(name) => embedded(&mut state.exploring.gait.devices, name)?,
         });
     }
     let question = FeetQuestion {
@@ -138,6 +139,18 @@ fn ask(ui: &Ui, state: &mut State) -> Result<(), String> {
     };
     state.exploring.gait.feet.ask(question, ui.ctx());
     Ok(())
+}
+
+/// The device of an embedded preset, which is read once.
+fn embedded(known: &mut BTreeMap<String, Arc<Model>>, name: &str) -> Result<Arc<Model>, String> {
+    if let Some(model) = known.get(name) {
+        return Ok(Arc::clone(model));
+    }
+    let preset = Preset::embedded(name)
+        .ok_or_else(|| format!("there is no preset \"{name}\"; choose another one"))?;
+    let model = Arc::new(preset.model);
+    known.insert(name.to_owned(), Arc::clone(&model));
+    Ok(model)
 }
 
 fn controls(ui: &mut Ui, state: &mut State) {
@@ -165,7 +178,7 @@ fn controls(ui: &mut Ui, state: &mut State) {
         let now = gait.preset();
         for preset in GaitPreset::ALL {
             let is_on = now == Some(preset);
-            let button = ui.selectable_label(is_on, preset.label());
+            let button = ui.selectable_label(is_on, preset.label(gait.feet.len()));
             if button.on_hover_text(gait_help(preset)).clicked() {
                 gait.apply(preset);
             }
@@ -286,7 +299,7 @@ fn diagram(ui: &mut Ui, state: &mut State, view: &FeetView, feet: &[DrawnFoot], 
         feet: &pictures,
         moment,
     };
-    let table_height = 26.0 * (feet.len() as f32 / 2.0).ceil() + 44.0;
+    let table_height = 26.0 * (feet.len() as f32 / 2.0).ceil() + 64.0;
     let size = vec2(
         ui.available_width(),
         (ui.available_height() - table_height).max(180.0),
@@ -295,6 +308,7 @@ fn diagram(ui: &mut Ui, state: &mut State, view: &FeetView, feet: &[DrawnFoot], 
         state.exploring.gait.moment = moment;
         state.exploring.gait.plays = false;
     }
+    remark(ui, READING);
     shares(ui, gait);
 }
 

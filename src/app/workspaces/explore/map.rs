@@ -9,6 +9,7 @@ use super::axis_picker::AxisPicker;
 use super::case;
 use super::fields::{Row, name, refusal, remark, source, within};
 use super::progress;
+use super::readout::READOUT_WIDTH;
 use crate::app::analysis::explore::mapping::{Mapping, measure_of, request_of};
 use crate::app::analysis::explore::source::drive_of;
 use crate::app::flows::open_case;
@@ -30,7 +31,6 @@ use crate::model::unit::counted;
 
 /// Width of the controls and of the case under the pointer \[points\].
 const CONTROLS_WIDTH: f32 = 286.0;
-const CASE_WIDTH: f32 = 300.0;
 /// Points along an axis that can be asked for.
 const POINT_COUNTS: (f64, f64) = (2.0, 1000.0);
 /// A path has a new point when the pointer has moved as far \[points\].
@@ -55,7 +55,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     });
     state.exploring.map.update(request, again, ui.ctx());
     Panel::right("map case")
-        .exact_size(CASE_WIDTH)
+        .exact_size(READOUT_WIDTH)
         .show(ui, |ui| case::show(ui, state));
     CentralPanel::default().show(ui, |ui| picture(ui, state));
 }
@@ -246,8 +246,8 @@ fn picture(ui: &mut Ui, state: &mut State) {
         None if cases.is_empty() => {
             "Click opens the case in Tune; drag draws a path for Live.".to_owned()
         }
-        None => "Click opens the case in Tune; drag draws a path for Live. \
-             Diamonds: Table A.1 (squares: other form of drive)."
+        None => "Click: open in Tune. Drag: path for Live. Table A.1: diamonds; squares with \
+             another form of drive."
             .to_owned(),
     };
     let text = crate::app::widgets::text::small(text).weak();

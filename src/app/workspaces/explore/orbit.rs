@@ -137,8 +137,10 @@ fn picture(ui: &mut Ui, state: &mut State) {
 fn line(diagram: &OrbitDiagram, hovered: Option<f64>) -> String {
     let Some(x) = hovered else {
         let coexisting = diagram.coexisting(COEXISTING_SHARE).len();
+        let is_whole = diagram.down.len() == diagram.axis.count;
         return match coexisting {
-            0 => "Both ways lead to the same responses so far.".to_owned(),
+            0 if is_whole => "Both ways lead to the same responses.".to_owned(),
+            0 => "Not yet known whether both ways lead to the same responses.".to_owned(),
             n => format!(
                 "Different responses up and down at {}.",
                 counted(n, "value")

@@ -11,6 +11,9 @@ use crate::model::unit::format_quantity;
 
 use super::fields;
 
+/// Width of a column that holds the table \[points\].
+pub const READOUT_WIDTH: f32 = 300.0;
+
 /// A value with its unit; `-` where the response has none.
 pub fn value_text(spec: &MeasureSpec, value: Option<f64>) -> String {
     value.map_or_else(

@@ -17,9 +17,10 @@ use crate::explore::map::Axis;
 use crate::explore::robustness::RobustnessMap;
 use crate::model::unit::format_quantity;
 
-/// Width of the choices and of the answers \[points\].
+/// Widths of the choices, of the answers, and of the bar that scrolls them \[points\].
 const CHOICES_WIDTH: f32 = 304.0;
-const ANSWERS_WIDTH: f32 = 320.0;
+const ANSWERS_WIDTH: f32 = 356.0;
+const SCROLL_BAR_WIDTH: f32 = 10.0;
 
 /// Draws the panel.
 pub fn show(ui: &mut Ui, state: &mut State) {
@@ -43,6 +44,8 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                 .id_salt("robustness answers")
                 .auto_shrink([false, false])
                 .show(ui, |ui| {
+                    // The scroll bar lies over what is at its edge.
+                    ui.set_max_width(ui.available_width() - SCROLL_BAR_WIDTH);
                     answer::show(ui, state);
                     ui.separator();
                     // An id of its own, because the answer above comes and goes: else the focus

@@ -198,6 +198,9 @@ fn best(ui: &mut Ui, i: usize, found: &FoundWaveform) -> Option<Taken> {
         ui.label(RichText::new(title).strong()).on_hover_text(
             "Probability over devices that the search did not see, and the gain over the start",
         );
+        let drive = small(found.drive.to_string()).monospace();
+        ui.add(Label::new(drive).wrap())
+            .on_hover_text("The waveform as the command line takes it");
         ui.add(Label::new(small(&found.why)).wrap());
         ui.horizontal(|ui| {
             let edit = ui.small_button("Edit it");

@@ -15,9 +15,8 @@ use crate::app::analysis::explore::steady::{SteadyQuestion, SteadyWork};
 use crate::app::plots::explore::cycle;
 use crate::app::state::State;
 
-/// Width of the fields and of the numbers \[points\].
+/// Width of the fields \[points\].
 const FIELDS_WIDTH: f32 = 280.0;
-const NUMBERS_WIDTH: f32 = 250.0;
 /// Share of the height that the period takes.
 const CANVAS_SHARE: f32 = 0.52;
 
@@ -33,7 +32,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
                 .show(ui, |ui| fields::show(ui, state));
         });
     Panel::right("waveform numbers")
-        .exact_size(NUMBERS_WIDTH)
+        .exact_size(readout::READOUT_WIDTH)
         .show(ui, |ui| {
             ScrollArea::vertical()
                 .id_salt("waveform numbers")
