@@ -28,12 +28,8 @@ pub(super) fn first_entry(head: &[u8]) -> Option<&[u8]> {
 ///
 /// # Errors
 /// [`FormatError`] if the directory cannot be read or promises too much.
-pub(super) fn open<'a>(
-    context: &FileContext,
-    bytes: &'a [u8],
-) -> Result<Archive<'a>, FormatError> {
-    let archive =
-        ZipArchive::new(Cursor::new(bytes)).map_err(|error| context.unreadable(error))?;
+pub(super) fn open<'a>(context: &FileContext, bytes: &'a [u8]) -> Result<Archive<'a>, FormatError> {
+    let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| context.unreadable(error))?;
     if archive.len() > MAX_ENTRIES {
         return Err(context.unsupported(
             format!("the archive has {} files", archive.len()),
@@ -73,7 +69,8 @@ pub(super) fn names(
             let entry = archive
                 .by_index_raw(index)
                 .map_err(|error| context.unreadable(error))?;
-            Ok(entry.is_file().then(|| entry.name().to_owned()))
+            let name = entry.name().map_err(|error| context.unreadable(error))?;
+            Ok(entry.is_file().then(|| name.into_owned()))
         })
         .collect()
 }

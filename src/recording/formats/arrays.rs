@@ -19,12 +19,25 @@ const PLAIN_NAMES: [&str; 5] = ["data", "value", "values", "array", "samples"];
 
 /// Names of a single number that is a sampling rate \[Hz\], lower case without `_` and spaces.
 const RATE_NAMES: [&str; 9] = [
-    "fs", "fsamp", "rate", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency",
-    "sfreq", "srate",
+    "fs",
+    "fsamp",
+    "rate",
+    "samplerate",
+    "samplingrate",
+    "samplefrequency",
+    "samplingfrequency",
+    "sfreq",
+    "srate",
 ];
 /// Names of a single number that is the time between samples \[s\]; `tinterval` is PicoScope's.
 const INTERVAL_NAMES: [&str; 8] = [
-    "dt", "deltat", "tinterval", "interval", "sampleinterval", "samplinginterval", "sampletime",
+    "dt",
+    "deltat",
+    "tinterval",
+    "interval",
+    "sampleinterval",
+    "samplinginterval",
+    "sampletime",
     "xincrement",
 ];
 /// Names of a single number that is the time of the first sample \[s\]; `tstart` is PicoScope's.
@@ -150,7 +163,9 @@ impl Arrays {
                     let name = match label.columns.get(index) {
                         Some(name) if label.columns.len() == count => name.clone(),
                         _ if count == 1 => label.name.clone(),
-                        _ => format!("{} column {}", label.name, index + 1).trim().to_owned(),
+                        _ => format!("{} column {}", label.name, index + 1)
+                            .trim()
+                            .to_owned(),
                     };
                     self.arrays.push(NamedArray {
                         parent: label.parent.clone(),

@@ -77,6 +77,16 @@ pub(crate) struct Layout {
     pub count: usize,
 }
 
+/// The nearest double: above 2^53 not all whole numbers are doubles.
+fn signed(value: i64) -> f64 {
+    value as f64
+}
+
+/// As [`signed`].
+fn unsigned(value: u64) -> f64 {
+    value as f64
+}
+
 /// A half-precision number (IEEE 754 binary16).
 fn half(bits: u16) -> f64 {
     let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
@@ -124,11 +134,11 @@ pub(crate) fn decode_into(bytes: &[u8], layout: &Layout, values: &mut Vec<f64>) 
         NumberType::U16 => numbers!(u16, f64::from),
         NumberType::I32 => numbers!(i32, f64::from),
         NumberType::U32 => numbers!(u32, f64::from),
-        NumberType::I64 => numbers!(i64, |v| v as f64),
-        NumberType::U64 => numbers!(u64, |v| v as f64),
+        NumberType::I64 => numbers!(i64, signed),
+        NumberType::U64 => numbers!(u64, unsigned),
         NumberType::F16 => numbers!(u16, half),
         NumberType::F32 => numbers!(f32, f64::from),
-        NumberType::F64 => numbers!(f64, |v| v),
+        NumberType::F64 => numbers!(f64, f64::from),
     }
     true
 }

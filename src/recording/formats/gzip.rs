@@ -1,7 +1,5 @@
 //! Gzip: one file, compressed. What is inside is read by its own name.
 
-use std::io::Read;
-
 use flate2::read::MultiGzDecoder;
 
 use super::error::{FileContext, FormatError};
@@ -34,7 +32,7 @@ impl Format for Gzip {
 
     fn read(&self, file: &str, bytes: &[u8]) -> Result<FormatContent, FormatError> {
         let context = FileContext { file, format: NAME };
-        let inner = read_bounded(&context, MultiGzDecoder::new(bytes).by_ref(), bytes.len())?;
+        let inner = read_bounded(&context, MultiGzDecoder::new(bytes), bytes.len())?;
         let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
         let name = match name.rsplit_once('.') {
             Some((inner, "gz" | "GZ" | "gzip")) => inner,

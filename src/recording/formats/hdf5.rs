@@ -44,7 +44,10 @@ impl Format for Hdf5 {
     }
 
     fn recognises(&self, head: &[u8], _file_name: &str) -> bool {
-        let at = |offset: &usize| head.get(*offset..).is_some_and(|rest| rest.starts_with(MAGIC));
+        let at = |offset: &usize| {
+            head.get(*offset..)
+                .is_some_and(|rest| rest.starts_with(MAGIC))
+        };
         MAGIC_OFFSETS.iter().any(at)
     }
 
@@ -59,7 +62,9 @@ impl Format for Hdf5 {
             .with_chunk_cache_bytes(0);
         let file = Hdf5File::from_bytes_with_options(bytes, options)
             .map_err(|error| context.unreadable(error))?;
-        let root = file.root_group().map_err(|error| context.unreadable(error))?;
+        let root = file
+            .root_group()
+            .map_err(|error| context.unreadable(error))?;
         let mut reader = Reader {
             arrays: Arrays::default(),
             datasets: 0,
@@ -88,7 +93,9 @@ impl Reader {
         depth: usize,
         context: &FileContext,
     ) -> Result<(), FormatError> {
-        let attributes = self.attributes(group.attributes().unwrap_or_default(), path).over(above);
+        let attributes = self
+            .attributes(group.attributes().unwrap_or_default(), path)
+            .over(above);
         let (groups, mut datasets) = match group.members() {
             Ok(members) => members,
             Err(error) if path.is_empty() => return Err(context.unreadable(error)),
@@ -112,12 +119,16 @@ impl Reader {
             // Where MATLAB keeps what cells refer to.
             let name = inner.name();
             if path.is_empty() && name.starts_with('#') {
-                self.arrays.left_out.push(format!("{name} (contents of cells)"));
+                self.arrays
+                    .left_out
+                    .push(format!("{name} (contents of cells)"));
                 continue;
             }
             let inner_path = joined(path, name);
             if depth >= MAX_DEPTH {
-                self.arrays.left_out.push(format!("{inner_path} (nested too deep)"));
+                self.arrays
+                    .left_out
+                    .push(format!("{inner_path} (nested too deep)"));
                 continue;
             }
             self.group(inner, &inner_path, &attributes, depth + 1, context)?;
@@ -133,11 +144,11 @@ impl Reader {
     fn dataset(&mut self, dataset: &Dataset, parent: &str, above: &Attributes) {
         let path = joined(parent, dataset.name());
         let attributes = Attributes::of(&dataset.attributes(), &path, &mut Vec::new());
-        if let Some(class) = attributes.matlab_class.as_deref() {
-            if class == "char" || class == "cell" || attributes.is_matlab_empty {
-                self.arrays.left_out.push(format!("{path} ({class})"));
-                return;
-            }
+        if let Some(class) = attributes.matlab_class.as_deref()
+            && (class == "char" || class == "cell" || attributes.is_matlab_empty)
+        {
+            self.arrays.left_out.push(format!("{path} ({class})"));
+            return;
         }
         let label = ArrayLabel {
             parent: parent.to_owned(),
@@ -156,16 +167,23 @@ impl Reader {
         if numbers.is_empty() {
             return Err(kind(dataset.dtype()).to_owned());
         }
-        let shape: Option<Vec<usize>> =
-            dataset.shape().iter().map(|n| usize::try_from(*n).ok()).collect();
+        let shape: Option<Vec<usize>> = dataset
+            .shape()
+            .iter()
+            .map(|n| usize::try_from(*n).ok())
+            .collect();
         let shape = shape.ok_or("too large")?;
-        let element = dataset.raw_element_size().map_err(|error| error.to_string())?;
+        let element = dataset
+            .raw_element_size()
+            .map_err(|error| error.to_string())?;
         let size = dataset.raw_byte_len().map_err(|error| error.to_string())? as u64;
         if size > self.limit {
             return Err("larger than its bytes can hold".to_owned());
         }
         self.limit -= size;
-        let bytes = dataset.read_raw_bytes().map_err(|error| error.to_string())?;
+        let bytes = dataset
+            .read_raw_bytes()
+            .map_err(|error| error.to_string())?;
         for number in &numbers {
             let content = Matrix {
                 bytes: &bytes,

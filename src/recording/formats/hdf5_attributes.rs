@@ -8,18 +8,45 @@ use crate::recording::raw_table::SampleClock;
 const UNIT_NAMES: [&str; 4] = ["unit", "units", "unit_string", "y_unit"];
 /// Names of a sampling rate \[Hz\], lower case.
 const RATE_NAMES: [&str; 9] = [
-    "fs", "rate", "sample_rate", "samplerate", "sampling_rate", "samplingrate",
-    "sampling_frequency", "sample_frequency", "rate_hz",
+    "fs",
+    "rate",
+    "sample_rate",
+    "samplerate",
+    "sampling_rate",
+    "samplingrate",
+    "sampling_frequency",
+    "sample_frequency",
+    "rate_hz",
 ];
 /// Names of the time between samples \[s\], lower case.
 const INTERVAL_NAMES: [&str; 9] = [
-    "dt", "delta_t", "interval", "wf_increment", "sample_interval", "sampling_interval",
-    "sample_time", "xinc", "xincrement",
+    "dt",
+    "delta_t",
+    "interval",
+    "wf_increment",
+    "sample_interval",
+    "sampling_interval",
+    "sample_time",
+    "xinc",
+    "xincrement",
 ];
 /// Names of the time of the first sample \[s\], lower case.
-const START_NAMES: [&str; 6] = ["t0", "start", "start_time", "wf_start_offset", "xorg", "xorigin"];
+const START_NAMES: [&str; 6] = [
+    "t0",
+    "start",
+    "start_time",
+    "wf_start_offset",
+    "xorg",
+    "xorigin",
+];
 /// Names of the names of columns, lower case.
-const COLUMN_NAMES: [&str; 5] = ["columns", "column_names", "names", "channels", "channel_names"];
+const COLUMN_NAMES: [&str; 5] = [
+    "columns",
+    "column_names",
+    "names",
+    "channels",
+    "channel_names",
+];
 
 /// What attributes say.
 #[derive(Debug, Clone, Default)]
@@ -35,11 +62,7 @@ pub(super) struct Attributes {
 
 impl Attributes {
     /// Those of `list`; other numbers go to `scalars`, under `path`.
-    pub fn of(
-        list: &[Attribute],
-        path: &str,
-        scalars: &mut Vec<(String, String, f64)>,
-    ) -> Self {
+    pub fn of(list: &[Attribute], path: &str, scalars: &mut Vec<(String, String, f64)>) -> Self {
         let mut found = Self::default();
         for attribute in list {
             let name = attribute.name().to_lowercase();

@@ -16,6 +16,7 @@ mod lvm;
 mod mat5;
 mod matrix;
 mod npy;
+mod npy_header;
 mod npz;
 mod refused;
 mod sheet_header;

@@ -1,14 +1,13 @@
-//! NumPy's `.npy`: one array. The header is read by `npyz`, the numbers here, by column.
+//! NumPy's `.npy`: one array.
 //!
 //! Format: NEP 1 and `numpy.lib.format`, versions 1.0 to 3.0.
 
-use npyz::{DType, Endianness, NpyHeader, Order, TimeUnits, TypeChar, TypeStr};
-
 use super::arrays::{ArrayLabel, Arrays, stem};
-use super::bytes::{ByteOrder, NumberType};
+use super::bytes::text;
 use super::error::{FileContext, FormatError};
 use super::format::{Format, FormatContent};
-use super::matrix::{Matrix, MatrixContent};
+use super::matrix::{MAX_COLUMNS, Matrix, MatrixContent};
+use super::npy_header::{Dtype, Header, Plain, parse};
 
 /// Reads `.npy` files.
 #[derive(Debug)]
@@ -20,9 +19,9 @@ const MAGIC: &[u8] = b"\x93NUMPY";
 /// Longest header that is parsed \[bytes\]. NumPy refuses longer ones, too, unless told otherwise:
 /// `numpy.lib.format` has 10000; structured types of some hundred fields need more.
 const MAX_HEADER_BYTES: usize = 64 << 10;
-/// Deepest nesting of brackets in a header, so that its parser's recursion stays bounded. A
-/// structured type with arrays in it has four.
-const MAX_NESTING: usize = 16;
+
+/// Most columns of a structured type.
+const MAX_FIELDS: usize = 4096;
 
 impl Format for Npy {
     fn id(&self) -> &'static str {
@@ -54,15 +53,6 @@ impl Format for Npy {
     }
 }
 
-/// One number in an element: its type, its first byte, its bytes apart, a scale.
-struct Plain {
-    number: NumberType,
-    order: ByteOrder,
-    /// Seconds of one unit, for times.
-    scale: Option<f64>,
-    complex: bool,
-}
-
 /// Adds the array in `bytes` to `arrays`; its columns are named after `label`, or by its fields.
 pub(super) fn read_array(
     context: &FileContext,
@@ -70,62 +60,63 @@ pub(super) fn read_array(
     label: &ArrayLabel,
     arrays: &mut Arrays,
 ) -> Result<(), FormatError> {
-    check_header(context, bytes)?;
-    let mut data = bytes;
-    let header = NpyHeader::from_reader(&mut data).map_err(|e| context.unreadable(e))?;
-    let data_at = bytes.len() - data.len();
-    let dtype = header.dtype();
-    if dtype.uses_pickled_array() {
+    let (header, data_at) = read_header(context, bytes)?;
+    if header.dtype.has_objects() {
         return Err(context.unsupported(
             format!("\"{}\" holds Python objects, not numbers", label.path()),
             "save it as an array of numbers (array.astype(float)), or as CSV",
         ));
     }
-    let shape: Option<Vec<usize>> = header
-        .shape()
-        .iter()
-        .map(|n| usize::try_from(*n).ok())
-        .collect();
-    let (Some(shape), Some(element)) = (shape, dtype.num_bytes()) else {
-        return Err(context.malformed(data_at, "the shape"));
+    if header.dtype.columns() > MAX_FIELDS {
+        return Err(context.unsupported(
+            format!(
+                "\"{}\" has {} numbers in each row",
+                label.path(),
+                header.dtype.columns()
+            ),
+            "save the columns of the recording alone",
+        ));
+    }
+    let Some(element) = header.dtype.size() else {
+        return Err(context.malformed(data_at, "the type"));
     };
     let array = Element {
         context,
-        data,
+        data: bytes.get(data_at..).unwrap_or_default(),
         data_at,
         element,
-        shape: &shape,
-        column_major: header.order() == Order::Fortran,
+        shape: &header.shape,
+        column_major: header.is_fortran,
     };
-    match &dtype {
-        DType::Plain(_) | DType::Array(..) => array.add(&dtype, 0, label, arrays),
-        DType::Record(fields) => {
-            let mut offset = 0_usize;
-            for field in fields {
-                // Unnamed fields are the padding of aligned structures.
-                if !field.name.is_empty() {
-                    let label = ArrayLabel {
-                        parent: label.parent.clone(),
-                        name: field.name.clone(),
-                        ..ArrayLabel::default()
-                    };
-                    array.add(&field.dtype, offset, &label, arrays)?;
-                }
-                let size = field.dtype.num_bytes().unwrap_or(0);
-                offset = offset.saturating_add(size);
-            }
-            Ok(())
+    let Dtype::Record(fields) = &header.dtype else {
+        return array.add(&header.dtype, 0, label, arrays);
+    };
+    let mut offset = 0_usize;
+    for (name, dtype) in fields {
+        // Unnamed fields are the padding of aligned structures.
+        if !name.is_empty() {
+            let label = ArrayLabel {
+                parent: label.parent.clone(),
+                name: name.clone(),
+                ..ArrayLabel::default()
+            };
+            array.add(dtype, offset, &label, arrays)?;
         }
+        offset = offset.saturating_add(dtype.size().unwrap_or(0));
     }
+    Ok(())
 }
 
-/// Fails on a header that is not there, too long, or nested too deep for its parser.
-fn check_header(context: &FileContext, bytes: &[u8]) -> Result<(), FormatError> {
+/// The header, and where the data begin.
+fn read_header(context: &FileContext, bytes: &[u8]) -> Result<(Header, usize), FormatError> {
     let short = || context.truncated(bytes.len(), "the header");
     let major = *bytes.get(6).ok_or_else(short)?;
     let (start, length) = if major == 1 {
         let length = bytes.get(8..10).and_then(|b| b.first_chunk::<2>());
-        (10, usize::from(u16::from_le_bytes(*length.ok_or_else(short)?)))
+        (
+            10,
+            usize::from(u16::from_le_bytes(*length.ok_or_else(short)?)),
+        )
     } else {
         let length = bytes.get(8..12).and_then(|b| b.first_chunk::<4>());
         let length = u32::from_le_bytes(*length.ok_or_else(short)?);
@@ -134,19 +125,10 @@ fn check_header(context: &FileContext, bytes: &[u8]) -> Result<(), FormatError> 
     if length > MAX_HEADER_BYTES {
         return Err(context.malformed(8, "the length of the header"));
     }
-    let header = bytes.get(start..start + length).ok_or_else(short)?;
-    let mut depth = 0_usize;
-    for byte in header {
-        match byte {
-            b'(' | b'[' | b'{' => depth += 1,
-            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-        if depth > MAX_NESTING {
-            return Err(context.malformed(start, "the nesting of the header"));
-        }
-    }
-    Ok(())
+    let end = start + length;
+    let header = bytes.get(start..end).ok_or_else(short)?;
+    let header = parse(&text(header)).ok_or_else(|| context.malformed(start, "the header"))?;
+    Ok((header, end))
 }
 
 /// The elements of an array.
@@ -163,29 +145,27 @@ impl Element<'_> {
     /// Adds what lies at `offset` in each element.
     fn add(
         &self,
-        dtype: &DType,
+        dtype: &Dtype,
         offset: usize,
         label: &ArrayLabel,
         arrays: &mut Arrays,
     ) -> Result<(), FormatError> {
         match dtype {
-            DType::Plain(kind) => match plain(kind) {
-                Some(plain) => self.add_plain(&plain, offset, label, arrays),
-                None => {
-                    let what = format!("{} (type {kind}, no numbers)", label.path());
-                    arrays.left_out.push(what);
-                    Ok(())
-                }
-            },
-            DType::Array(count, inner) => {
-                let size = inner.num_bytes().unwrap_or(0);
-                let count = usize::try_from(*count).unwrap_or(usize::MAX);
-                if count > super::matrix::MAX_COLUMNS {
-                    let what = format!("{} ({count} numbers in each row)", label.path());
-                    arrays.left_out.push(what);
-                    return Ok(());
-                }
-                for index in 0..count {
+            Dtype::Plain(plain) => self.add_plain(plain, offset, label, arrays),
+            Dtype::Objects => Ok(()),
+            Dtype::Other { code, .. } => {
+                let what = format!("{} (type {code}, no numbers)", label.path());
+                arrays.left_out.push(what);
+                Ok(())
+            }
+            Dtype::Array(count, _) if *count > MAX_COLUMNS => {
+                let what = format!("{} ({count} numbers in each row)", label.path());
+                arrays.left_out.push(what);
+                Ok(())
+            }
+            Dtype::Array(count, inner) => {
+                let size = inner.size().unwrap_or(0);
+                for index in 0..*count {
                     let label = ArrayLabel {
                         name: format!("{} {}", label.name, index + 1),
                         ..label.clone()
@@ -195,15 +175,15 @@ impl Element<'_> {
                 }
                 Ok(())
             }
-            DType::Record(fields) => {
+            Dtype::Record(fields) => {
                 let mut at = offset;
-                for field in fields {
+                for (name, dtype) in fields {
                     let label = ArrayLabel {
-                        name: format!("{}.{}", label.name, field.name),
+                        name: format!("{}.{name}", label.name),
                         ..label.clone()
                     };
-                    self.add(&field.dtype, at, &label, arrays)?;
-                    at = at.saturating_add(field.dtype.num_bytes().unwrap_or(0));
+                    self.add(dtype, at, &label, arrays)?;
+                    at = at.saturating_add(dtype.size().unwrap_or(0));
                 }
                 Ok(())
             }
@@ -218,7 +198,7 @@ impl Element<'_> {
         label: &ArrayLabel,
         arrays: &mut Arrays,
     ) -> Result<(), FormatError> {
-        let parts: &[(&str, usize)] = if plain.complex {
+        let parts: &[(&str, usize)] = if plain.is_complex {
             arrays.notes.push(format!(
                 "\"{}\" is complex; its real and imaginary parts became two columns.",
                 label.path()
@@ -275,54 +255,4 @@ fn in_seconds(content: &mut MatrixContent, scale: f64) {
         }
         _ => {}
     }
-}
-
-/// A type of number; `None` for text and raw bytes.
-fn plain(kind: &TypeStr) -> Option<Plain> {
-    let size = usize::try_from(kind.size_field()).ok()?;
-    let mut scale = None;
-    let mut complex = false;
-    let number = match kind.type_char() {
-        TypeChar::Bool => NumberType::U8,
-        TypeChar::Int => NumberType::integer(size, true)?,
-        TypeChar::Uint => NumberType::integer(size, false)?,
-        TypeChar::Float => NumberType::float(size)?,
-        TypeChar::Complex => {
-            complex = true;
-            NumberType::float(size / 2)?
-        }
-        TypeChar::DateTime | TypeChar::TimeDelta => {
-            scale = Some(seconds(kind.time_units()?)?);
-            NumberType::I64
-        }
-        _ => return None,
-    };
-    let order = match kind.endianness() {
-        Endianness::Big => ByteOrder::Big,
-        _ => ByteOrder::Little,
-    };
-    Some(Plain {
-        number,
-        order,
-        scale,
-        complex,
-    })
-}
-
-/// Seconds of a unit; `None` for those of no fixed length.
-fn seconds(unit: TimeUnits) -> Option<f64> {
-    Some(match unit {
-        TimeUnits::Week => 604_800.0,
-        TimeUnits::Day => 86400.0,
-        TimeUnits::Hour => 3600.0,
-        TimeUnits::Minute => 60.0,
-        TimeUnits::Second => 1.0,
-        TimeUnits::Millisecond => 1e-3,
-        TimeUnits::Microsecond => 1e-6,
-        TimeUnits::Nanosecond => 1e-9,
-        TimeUnits::Picosecond => 1e-12,
-        TimeUnits::Femtosecond => 1e-15,
-        TimeUnits::Attosecond => 1e-18,
-        _ => return None,
-    })
 }

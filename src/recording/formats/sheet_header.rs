@@ -64,7 +64,11 @@ pub(super) fn header(
     // Names stand above most of the columns; a single line above a wide table is its title.
     let needed = columns.len().div_ceil(2);
     let covers = |row: &BTreeMap<u32, &str>| {
-        columns.iter().filter(|column| row.contains_key(column)).count() >= needed
+        columns
+            .iter()
+            .filter(|column| row.contains_key(column))
+            .count()
+            >= needed
     };
     let own = |row: &BTreeMap<u32, &str>| -> BTreeMap<u32, String> {
         columns
@@ -96,7 +100,11 @@ pub(super) fn header(
         .map(|(_, row)| row.values().copied().collect::<Vec<_>>().join(" | "))
         .collect();
     if !above.is_empty() {
-        let shown: Vec<&str> = above.iter().take(MAX_SHOWN_ROWS).map(String::as_str).collect();
+        let shown: Vec<&str> = above
+            .iter()
+            .take(MAX_SHOWN_ROWS)
+            .map(String::as_str)
+            .collect();
         notes.push(format!("Text above the table: {}.", shown.join("; ")));
     }
     header
@@ -111,11 +119,14 @@ mod tests {
             .iter()
             .enumerate()
             .flat_map(|(row, cells)| {
-                cells.iter().enumerate().map(move |(column, text)| SheetText {
-                    row: row as u32,
-                    column: column as u32,
-                    text: (*text).to_owned(),
-                })
+                cells
+                    .iter()
+                    .enumerate()
+                    .map(move |(column, text)| SheetText {
+                        row: row as u32,
+                        column: column as u32,
+                        text: (*text).to_owned(),
+                    })
             })
             .collect();
         let mut notes = Vec::new();

@@ -52,12 +52,13 @@ impl Marks {
                 false
             } else {
                 let before = text[..last].trim_start_matches(['+', '-', '\u{2212}']);
-                let after = text[last + 1..].bytes().take_while(u8::is_ascii_digit).count();
+                let after = text[last + 1..]
+                    .bytes()
+                    .take_while(u8::is_ascii_digit)
+                    .count();
                 let rest = text.len() - last - 1;
-                let group = after == 3
-                    && rest == 3
-                    && (1..=3).contains(&before.len())
-                    && before != "0";
+                let group =
+                    after == 3 && rest == 3 && (1..=3).contains(&before.len()) && before != "0";
                 if group {
                     continue;
                 }
@@ -113,9 +114,7 @@ impl Marks {
                 "with a decimal comma, though each comma could separate thousands; check the values"
             }
             (_, false) => "with a decimal point",
-            (_, true) => {
-                "with a decimal point, though other marks are possible; check the values"
-            }
+            (_, true) => "with a decimal point, though other marks are possible; check the values",
         }
     }
 }
@@ -135,10 +134,19 @@ mod tests {
         let some = |values: &[f64]| values.iter().copied().map(Some).collect::<Vec<_>>();
         assert_eq!(read(&["1,5", "1,234"]), (some(&[1.5, 1.234]), false));
         assert_eq!(read(&["0,250", "1,234"]), (some(&[0.25, 1.234]), false));
-        assert_eq!(read(&["1.234,5", "1.234"]), (some(&[1234.5, 1234.0]), false));
-        assert_eq!(read(&["1,234.5", "1,234"]), (some(&[1234.5, 1234.0]), false));
+        assert_eq!(
+            read(&["1.234,5", "1.234"]),
+            (some(&[1234.5, 1234.0]), false)
+        );
+        assert_eq!(
+            read(&["1,234.5", "1,234"]),
+            (some(&[1234.5, 1234.0]), false)
+        );
         assert_eq!(read(&["1,234,567"]), (some(&[1_234_567.0]), false));
-        assert_eq!(read(&["1'234.5", "-2E-3"]), (some(&[1234.5, -0.002]), false));
+        assert_eq!(
+            read(&["1'234.5", "-2E-3"]),
+            (some(&[1234.5, -0.002]), false)
+        );
         assert_eq!(read(&["1,234"]), (some(&[1.234]), true));
     }
 
@@ -147,7 +155,17 @@ mod tests {
         for text in ["1", "-1,5", ".5", "1e-3", "1 234,5", "\u{2212}3"] {
             assert!(Marks::is_number(text), "{text}");
         }
-        for text in ["", "-", "OL", "1 V", "e5", "12:00:00", "2026-01-01", "inf", "nan"] {
+        for text in [
+            "",
+            "-",
+            "OL",
+            "1 V",
+            "e5",
+            "12:00:00",
+            "2026-01-01",
+            "inf",
+            "nan",
+        ] {
             assert!(!Marks::is_number(text), "{text}");
         }
     }

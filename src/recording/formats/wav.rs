@@ -105,11 +105,7 @@ impl Format for Wav {
 }
 
 /// One column a channel; samples of an incomplete last row are dropped with it.
-fn deinterleave(
-    samples: impl Iterator<Item = f64>,
-    channels: usize,
-    rows: usize,
-) -> Vec<Vec<f64>> {
+fn deinterleave(samples: impl Iterator<Item = f64>, channels: usize, rows: usize) -> Vec<Vec<f64>> {
     // Many channels of few samples: the rows are those that come.
     let room = if channels <= 8 { rows } else { 0 };
     let mut columns: Vec<Vec<f64>> = (0..channels).map(|_| Vec::with_capacity(room)).collect();

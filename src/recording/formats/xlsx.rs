@@ -165,14 +165,16 @@ impl Sheet {
                 return true;
             }
             DataRef::String(text) | DataRef::DateTimeIso(text) | DataRef::DurationIso(text) => {
-                self.add_text(row, index, text);
-                return true;
+                return self.add_text(row, index, text);
             }
-            DataRef::SharedString(text) => {
-                self.add_text(row, index, text);
-                return true;
-            }
+            DataRef::SharedString(text) => return self.add_text(row, index, text),
         };
+        self.put(row, index, number)
+    }
+
+    /// Puts a number, NaN to hold its place; `false` if the sheet has too much empty space.
+    fn put(&mut self, row: u32, index: u32, number: f64) -> bool {
+        let column = self.columns.entry(index).or_default();
         let at = row as usize;
         if column.values.len() <= at {
             self.held += at + 1 - column.values.len();
@@ -187,16 +189,16 @@ impl Sheet {
         true
     }
 
-    /// Text that is a number, a header, or neither.
-    fn add_text(&mut self, row: u32, index: u32, text: &str) {
+    /// Text that is a number, a header, or neither; `false` as [`Self::put`].
+    fn add_text(&mut self, row: u32, index: u32, text: &str) -> bool {
         let text = text.trim();
         if text.is_empty() {
-            return;
+            return true;
         }
         let column = self.columns.entry(index).or_default();
         if Marks::is_number(text) {
             column.text_numbers.push((row, text.to_owned()));
-            return;
+            return self.put(row, index, f64::NAN);
         }
         if row < MAX_HEADER_ROWS {
             self.texts.push(SheetText {
@@ -206,18 +208,22 @@ impl Sheet {
             });
         }
         column.other.push((row, text.to_owned()));
+        true
     }
 
     /// The table of the sheet; `None` if no column has two numbers.
     fn table(mut self, name: &str, epoch_1904: bool) -> Option<RawTable> {
         let mut notes = Vec::new();
         for (index, column) in &mut self.columns {
-            // Few cells of text below a long column of numbers do not make the sheet larger.
-            let room = MAX_EMPTY_CELLS + MAX_EMPTY_SHARE * self.cells;
-            column.read_text_numbers(*index, room, &mut notes);
+            column.read_text_numbers(*index, &mut notes);
         }
         self.columns.retain(|_, column| {
-            column.values.iter().filter(|v| v.is_finite()).nth(1).is_some()
+            column
+                .values
+                .iter()
+                .filter(|v| v.is_finite())
+                .nth(1)
+                .is_some()
         });
         let first = self.first_row()?;
         let indices: Vec<u32> = self.columns.keys().copied().collect();
@@ -230,7 +236,9 @@ impl Sheet {
                 .cloned()
                 .unwrap_or_else(|| format!("Column {}", letters(index)));
             column.describe(&name, first, epoch_1904, &mut notes);
-            let values = column.values.split_off((first as usize).min(column.values.len()));
+            let values = column
+                .values
+                .split_off((first as usize).min(column.values.len()));
             let above = column.values.iter().filter(|v| v.is_finite()).count();
             if above > 0 {
                 notes.push(format!(
@@ -268,23 +276,15 @@ impl Sheet {
 
 impl Column {
     /// Puts numbers that are stored as text among the others.
-    fn read_text_numbers(&mut self, index: u32, room: usize, notes: &mut Vec<String>) {
+    fn read_text_numbers(&mut self, index: u32, notes: &mut Vec<String>) {
         if self.text_numbers.is_empty() {
             return;
         }
         let marks = Marks::of(self.text_numbers.iter().map(|(_, text)| text.as_str()));
         let count = self.text_numbers.len();
         for (row, text) in std::mem::take(&mut self.text_numbers) {
-            let at = row as usize;
-            match marks.parse(&text) {
-                Some(number) if at < room => {
-                    if self.values.len() <= at {
-                        self.values.resize(at + 1, f64::NAN);
-                    }
-                    if let Some(slot) = self.values.get_mut(at) {
-                        *slot = number;
-                    }
-                }
+            match (marks.parse(&text), self.values.get_mut(row as usize)) {
+                (Some(number), Some(slot)) => *slot = number,
                 _ => self.other.push((row, text)),
             }
         }
@@ -298,7 +298,11 @@ impl Column {
     /// Notes on dates and on cells that are no numbers.
     fn describe(&self, name: &str, first: u32, epoch_1904: bool, notes: &mut Vec<String>) {
         if self.dates > 0 {
-            let since = if epoch_1904 { "1904-01-01" } else { "1899-12-30" };
+            let since = if epoch_1904 {
+                "1904-01-01"
+            } else {
+                "1899-12-30"
+            };
             notes.push(format!(
                 "\"{name}\" holds dates or times of day; they are Excel's day numbers: days of 86400 s since {since}."
             ));
@@ -334,7 +338,14 @@ mod tests {
 
     #[test]
     fn column_letters() {
-        let of = [(0, "A"), (25, "Z"), (26, "AA"), (701, "ZZ"), (702, "AAA"), (16383, "XFD")];
+        let of = [
+            (0, "A"),
+            (25, "Z"),
+            (26, "AA"),
+            (701, "ZZ"),
+            (702, "AAA"),
+            (16383, "XFD"),
+        ];
         for (index, expected) in of {
             assert_eq!(letters(index), expected);
         }

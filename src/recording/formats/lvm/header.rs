@@ -162,11 +162,16 @@ impl SegmentHeader {
             }
             if line.starts_with(b"***Start_Special***") {
                 special += 1;
-                lines.by_ref().find(|line| line.starts_with(b"***End_Special***"));
+                lines
+                    .by_ref()
+                    .find(|line| line.starts_with(b"***End_Special***"));
                 continue;
             }
-            let cells: Vec<String> =
-                file.cells(line).take(MAX_COLUMNS).map(|cell| text(cell.trim_ascii())).collect();
+            let cells: Vec<String> = file
+                .cells(line)
+                .take(MAX_COLUMNS)
+                .map(|cell| text(cell.trim_ascii()))
+                .collect();
             let key = cells.first().cloned().unwrap_or_default();
             keys.any |= !key.is_empty();
             match key.as_str() {
@@ -177,14 +182,20 @@ impl SegmentHeader {
                 "Date" => keys.dates = cells,
                 "Time" => keys.times = cells,
                 "Notes" => {
-                    let words: Vec<_> = cells.into_iter().skip(1).filter(|c| !c.is_empty()).collect();
+                    let words: Vec<_> = cells
+                        .into_iter()
+                        .skip(1)
+                        .filter(|c| !c.is_empty())
+                        .collect();
                     notes.push(format!("The file notes: {}.", words.join(" ")));
                 }
                 _ => {}
             }
         }
         if special > 0 {
-            notes.push(format!("{special} special blocks of a segment are not read."));
+            notes.push(format!(
+                "{special} special blocks of a segment are not read."
+            ));
         }
         let Some(names) = lines.next() else {
             return Err(context.truncated(lines.at(), "the names of a segment's columns"));
@@ -215,7 +226,10 @@ impl SegmentHeader {
         names: &[u8],
         line: usize,
     ) -> Result<Vec<ColumnHeader>, FormatError> {
-        let names: Vec<String> = file.cells(names).map(|cell| text(cell.trim_ascii())).collect();
+        let names: Vec<String> = file
+            .cells(names)
+            .map(|cell| text(cell.trim_ascii()))
+            .collect();
         if names.len() > MAX_COLUMNS {
             return Err(context.malformed_line(line, format!("there are {} columns", names.len())));
         }
@@ -223,7 +237,8 @@ impl SegmentHeader {
             return Err(context.malformed_line(line, "no column is named X_Value"));
         }
         let last = names.iter().rposition(|name| !name.is_empty()).unwrap_or(0);
-        let at = |cells: &[String], index: usize| cells.get(index).filter(|c| !c.is_empty()).cloned();
+        let at =
+            |cells: &[String], index: usize| cells.get(index).filter(|c| !c.is_empty()).cloned();
         let mut columns = Vec::with_capacity(names.len());
         for (index, name) in names.into_iter().take(last + 1).enumerate() {
             let role = match name.as_str() {
@@ -231,9 +246,8 @@ impl SegmentHeader {
                 COMMENT if index == last => Role::Comment,
                 _ => Role::Channel,
             };
-            let number = |cells: &[String]| {
-                at(cells, index).and_then(|cell| file.number(cell.as_bytes()))
-            };
+            let number =
+                |cells: &[String]| at(cells, index).and_then(|cell| file.number(cell.as_bytes()));
             columns.push(ColumnHeader {
                 role,
                 name,
@@ -248,7 +262,9 @@ impl SegmentHeader {
 
     /// Whether the first channel is over frequency.
     pub fn is_spectrum(&self) -> bool {
-        self.columns.iter().any(|column| column.dimension == "Frequency")
+        self.columns
+            .iter()
+            .any(|column| column.dimension == "Frequency")
     }
 }
 
@@ -260,7 +276,11 @@ fn instant(date: &str, time: &str) -> Option<f64> {
         return None;
     }
     // Days by Hinnant's civil calendar: years begin in March, so that leap days end them.
-    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let (year, month) = if month > 2 {
+        (year, month - 3)
+    } else {
+        (year - 1, month + 9)
+    };
     let days = 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day;
     let mut seconds = 0.0;
     let time = time.replace(',', ".");

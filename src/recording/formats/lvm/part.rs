@@ -30,7 +30,12 @@ pub(super) fn parts(
     let mut times: Option<Vec<f64>> = None;
     let mut new_times = false;
     let mut intervals: Vec<f64> = Vec::new();
-    let one_times = header.columns.iter().filter(|c| c.role == Role::Times).count() == 1;
+    let one_times = header
+        .columns
+        .iter()
+        .filter(|c| c.role == Role::Times)
+        .count()
+        == 1;
     for (column, values) in header.columns.iter().zip(columns) {
         match column.role {
             Role::Comment => {}
@@ -93,7 +98,10 @@ fn same(a: &[f64], b: &[f64]) -> bool {
 pub(super) fn join(runs: &mut Vec<Vec<Part>>, parts: Vec<Part>) {
     if let Some(last) = runs.last_mut() {
         let goes_on = last.len() == parts.len()
-            && last.iter().zip(&parts).all(|(before, after)| before.goes_on_in(after));
+            && last
+                .iter()
+                .zip(&parts)
+                .all(|(before, after)| before.goes_on_in(after));
         if goes_on {
             for (before, after) in last.iter_mut().zip(parts) {
                 before.append(after);
@@ -119,7 +127,10 @@ impl Part {
     fn trim(&mut self) {
         let recorded = |values: &Vec<f64>| values.iter().rposition(|v| v.is_finite());
         let columns = self.channels.iter().chain(&self.times);
-        let rows = columns.filter_map(recorded).max().map_or(0, |last| last + 1);
+        let rows = columns
+            .filter_map(recorded)
+            .max()
+            .map_or(0, |last| last + 1);
         let columns = self.channels.iter_mut().chain(&mut self.times);
         columns.for_each(|values| values.truncate(rows));
     }
@@ -182,7 +193,9 @@ impl Part {
         });
         let mut notes = notes.to_vec();
         if times.is_none() && self.clock.is_none() {
-            notes.push("The file gives neither times nor Delta_X; give the sampling rate.".to_owned());
+            notes.push(
+                "The file gives neither times nor Delta_X; give the sampling rate.".to_owned(),
+            );
         }
         let channels = self.names.into_iter().zip(self.units).zip(self.channels);
         let channels = channels.map(|((name, unit), values)| RawColumn { name, unit, values });

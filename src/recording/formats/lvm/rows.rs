@@ -40,7 +40,10 @@ pub(super) fn read_rows<'a>(
         first_bad: None,
     };
     while let Some(line) = lines.peek() {
-        let first = line.split(|b| *b == file.separator).next().unwrap_or_default();
+        let first = line
+            .split(|b| *b == file.separator)
+            .next()
+            .unwrap_or_default();
         // A header begins with a word; rows begin with a number or an empty cell.
         if first.first().is_some_and(u8::is_ascii_alphabetic) && number(first, decimal).is_none() {
             break;
@@ -57,7 +60,14 @@ pub(super) fn read_rows<'a>(
 }
 
 impl<'a> Rows<'a> {
-    fn add(&mut self, line: &'a [u8], separator: u8, decimal: u8, roles: &[Role], number_of: usize) {
+    fn add(
+        &mut self,
+        line: &'a [u8],
+        separator: u8,
+        decimal: u8,
+        roles: &[Role],
+        number_of: usize,
+    ) {
         let mut cells = line.split(|b| *b == separator);
         for (index, (role, column)) in roles.iter().zip(&mut self.columns).enumerate() {
             let cell = cells.next().unwrap_or_default();
@@ -90,7 +100,10 @@ impl<'a> Rows<'a> {
     /// What was left out.
     pub fn notes(&self, header: &SegmentHeader) -> Option<String> {
         let (line, column, cell) = self.first_bad?;
-        let name = header.columns.get(column - 1).map_or("", |c| c.name.as_str());
+        let name = header
+            .columns
+            .get(column - 1)
+            .map_or("", |c| c.name.as_str());
         Some(format!(
             "{} cells are no numbers (first: \"{}\" of \"{name}\", line {line}, column {column}); they are missing values.",
             self.bad,

@@ -64,7 +64,9 @@ impl<'a> Variable<'a> {
 
     /// Number of its elements.
     fn count(&self) -> Option<usize> {
-        self.shape.iter().try_fold(1_usize, |product, n| product.checked_mul(*n))
+        self.shape
+            .iter()
+            .try_fold(1_usize, |product, n| product.checked_mul(*n))
     }
 }
 
@@ -101,7 +103,9 @@ impl Reader<'_> {
             6..=15 => return self.add_numbers(variable, &label),
             4 => {
                 let shown = self.text(variable);
-                self.arrays.left_out.push(format!("{} (text \"{shown}\")", label.path()));
+                self.arrays
+                    .left_out
+                    .push(format!("{} (text \"{shown}\")", label.path()));
                 return Some(());
             }
             3 => "object",
@@ -110,7 +114,9 @@ impl Reader<'_> {
             17 => "table, string or other object",
             _ => "unknown kind",
         };
-        self.arrays.left_out.push(format!("{} ({kind})", label.path()));
+        self.arrays
+            .left_out
+            .push(format!("{} ({kind})", label.path()));
         Some(())
     }
 
@@ -152,7 +158,9 @@ impl Reader<'_> {
     /// The variables in a cell array: `c{1}`, `c{2}`, ...
     fn add_cell(&mut self, variable: &Variable, label: &ArrayLabel, depth: usize) -> Option<()> {
         if depth >= MAX_DEPTH {
-            self.arrays.left_out.push(format!("{} (nested too deep)", label.path()));
+            self.arrays
+                .left_out
+                .push(format!("{} (nested too deep)", label.path()));
             return Some(());
         }
         let mut rest = variable.rest;
@@ -172,7 +180,9 @@ impl Reader<'_> {
         depth: usize,
     ) -> Option<()> {
         if depth >= MAX_DEPTH {
-            self.arrays.left_out.push(format!("{} (nested too deep)", label.path()));
+            self.arrays
+                .left_out
+                .push(format!("{} (nested too deep)", label.path()));
             return Some(());
         }
         let mut rest = variable.rest;

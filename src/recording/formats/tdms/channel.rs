@@ -1,10 +1,7 @@
 //! A channel while its samples are gathered.
 
 use super::super::bytes::{ByteOrder, Cursor, Layout, NumberType, decode_into};
-use super::metadata::{Properties, RawIndex, Stored, stamp};
-
-/// Seconds in the unit of a time stamp's fraction: 2^-64.
-const STAMP_FRACTION: f64 = 1.0 / 18_446_744_073_709_551_616.0;
+use super::metadata::{Properties, RawIndex, STAMP_FRACTION, Stored, stamp};
 
 /// One channel of a file.
 #[derive(Debug)]
@@ -77,7 +74,9 @@ impl Channel {
             }
             Stored::Stamp => {
                 for index in 0..count {
-                    let at = index.checked_mul(stride).and_then(|at| at.checked_add(offset));
+                    let at = index
+                        .checked_mul(stride)
+                        .and_then(|at| at.checked_add(offset));
                     let cell = at.and_then(|at| bytes.get(at..));
                     let Some((seconds, fraction)) =
                         cell.and_then(|cell| stamp(&mut Cursor::new(cell, order), order))

@@ -7,7 +7,7 @@ use super::super::bytes::{ByteOrder, Cursor, NumberType, text};
 /// Longest text of a property or path that is kept \[bytes\].
 const MAX_TEXT_BYTES: usize = 4096;
 /// Seconds in the unit of a time stamp's fraction: 2^-64.
-const STAMP_FRACTION: f64 = 1.0 / 18_446_744_073_709_551_616.0;
+pub(super) const STAMP_FRACTION: f64 = 1.0 / 18_446_744_073_709_551_616.0;
 
 /// Value of a property.
 #[derive(Debug, Clone, PartialEq)]
@@ -146,7 +146,11 @@ pub(super) fn read_object(cursor: &mut Cursor, order: ByteOrder) -> Option<Objec
                         Some(size) => count.checked_mul(size)?,
                         None => usize::try_from(cursor.u64()?).ok()?,
                     };
-                    RawIndex::Data { stored, count, bytes }
+                    RawIndex::Data {
+                        stored,
+                        count,
+                        bytes,
+                    }
                 }
             }
         }

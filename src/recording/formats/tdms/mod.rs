@@ -68,7 +68,9 @@ impl Format for Tdms {
 fn add(arrays: &mut Arrays, channel: Channel, above: [&Properties; 2]) {
     let path = channel.path.join("/");
     if channel.values.is_empty() {
-        arrays.left_out.push(format!("{path} ({})", channel.emptiness()));
+        arrays
+            .left_out
+            .push(format!("{path} ({})", channel.emptiness()));
         return;
     }
     let (group, name) = match channel.path.as_slice() {
@@ -105,9 +107,8 @@ fn add(arrays: &mut Arrays, channel: Channel, above: [&Properties; 2]) {
         }
     }
     let number = |key: &str| properties.get(key).and_then(|value| value.number());
-    let clock = number("wf_increment").and_then(|interval| {
-        SampleClock::new(number("wf_start_offset").unwrap_or(0.0), interval)
-    });
+    let clock = number("wf_increment")
+        .and_then(|interval| SampleClock::new(number("wf_start_offset").unwrap_or(0.0), interval));
     if let Some(start) = properties.get("wf_start_time").and_then(|t| t.seconds()) {
         // The same for all channels of a measurement, normally.
         let note = format!("Recorded from {start:.6} s after 1904-01-01 (UTC).");

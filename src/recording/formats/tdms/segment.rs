@@ -81,7 +81,9 @@ impl Reader<'_> {
         let bytes = self.bytes;
         let context = *self.context;
         let bad = |what: &str| context.malformed(at, format!("{what} of a segment"));
-        let lead = bytes.get(at..at + LEAD_IN_BYTES).ok_or_else(|| bad("the lead-in"))?;
+        let lead = bytes
+            .get(at..at + LEAD_IN_BYTES)
+            .ok_or_else(|| bad("the lead-in"))?;
         if !lead.starts_with(b"TDSm") {
             return Err(bad("the lead-in"));
         }
@@ -95,13 +97,16 @@ impl Reader<'_> {
         };
         let mut cursor = Cursor::new(lead, order);
         cursor.seek(12);
-        let (next, raw) = cursor.u64().zip(cursor.u64()).ok_or_else(|| bad("the lead-in"))?;
+        let (next, raw) = cursor
+            .u64()
+            .zip(cursor.u64())
+            .ok_or_else(|| bad("the lead-in"))?;
         let body = at + LEAD_IN_BYTES;
         let offset = |offset: u64| usize::try_from(offset).ok()?.checked_add(body);
         let end = if next == u64::MAX {
-            self.found.notes.push(
-                "The file was not closed properly; what was written was read.".to_owned(),
-            );
+            self.found
+                .notes
+                .push("The file was not closed properly; what was written was read.".to_owned());
             bytes.len()
         } else {
             let end = offset(next).ok_or_else(|| bad("the length"))?;
@@ -145,9 +150,8 @@ impl Reader<'_> {
     ) -> Result<(), FormatError> {
         let mut cursor = Cursor::new(meta, order);
         let context = *self.context;
-        let short = |cursor: &Cursor| {
-            context.malformed(at + cursor.at(), "the metadata of a segment")
-        };
+        let short =
+            |cursor: &Cursor| context.malformed(at + cursor.at(), "the metadata of a segment");
         if is_new_list {
             self.active.clear();
         }
@@ -164,7 +168,10 @@ impl Reader<'_> {
                 RawIndex::Daqmx => return Err(self.daqmx()),
                 RawIndex::Unknown(code) => {
                     return Err(self.context.unsupported(
-                        format!("\"{}\" has numbers of an unknown type (0x{code:x})", object.path),
+                        format!(
+                            "\"{}\" has numbers of an unknown type (0x{code:x})",
+                            object.path
+                        ),
                         "save the channel as double precision numbers",
                     ));
                 }
@@ -203,7 +210,9 @@ impl Reader<'_> {
         }
         let has_data = object.index != RawIndex::None
             && matches!(channel.index, RawIndex::Data { bytes, .. } if bytes > 0);
-        let was = is_active.get_mut(index).map(|was| std::mem::replace(was, has_data));
+        let was = is_active
+            .get_mut(index)
+            .map(|was| std::mem::replace(was, has_data));
         match (was, has_data) {
             (Some(false), true) => self.active.push(index),
             (Some(true), false) => self.active.retain(|active| *active != index),

@@ -4,7 +4,7 @@ use crate::recording::formats::{FormatContent, HEAD_BYTES, recognise};
 use crate::recording::raw_table::{RawColumn, RawTable, SampleClock};
 
 /// A file of `assets/test_files/formats`.
-macro_rules! file {
+macro_rules! test_file {
     ($name:literal) => {
         (
             $name,
@@ -12,7 +12,7 @@ macro_rules! file {
         )
     };
 }
-pub(super) use file;
+pub(super) use test_file;
 
 /// Rows of the recording in the test files.
 pub const ROWS: usize = 12;

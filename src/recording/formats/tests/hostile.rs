@@ -3,41 +3,44 @@
 
 use proptest::prelude::*;
 
-use super::helpers::file;
+use super::helpers::test_file;
 use crate::recording::formats::{FORMATS, FormatContent};
 
 const FILES: [(&str, &[u8]); 26] = [
-    file!("hdf5/attributes.h5"),
-    file!("hdf5/compound.h5"),
-    file!("hdf5/latest.h5"),
-    file!("hdf5/matlab_73.mat"),
-    file!("hdf5/plain.h5"),
-    file!("mat5/columns_packed.mat"),
-    file!("mat5/nested.mat"),
-    file!("mat5/rows.mat"),
-    file!("mat5/struct_array.mat"),
-    file!("mat5/version_4.mat"),
-    file!("npy/columns_f8.npy"),
-    file!("npy/structured.npy"),
-    file!("npz/packed.npz"),
-    file!("npz/plain.npz"),
-    file!("tdms/scaled.tdms"),
-    file!("tdms/segments.tdms"),
-    file!("uff/ascii_uneven.uff"),
-    file!("uff/binary_uneven.uff"),
-    file!("uff/units_164.uff"),
-    file!("uff/with_spectrum.uff"),
-    file!("wav/float.wav"),
-    file!("wav/pcm24.wav"),
-    file!("wav/pcm8.wav"),
-    file!("wrapped/run.csv.gz"),
-    file!("wrapped/two.zip"),
-    file!("xlsx/sheets.xlsx"),
+    test_file!("hdf5/attributes.h5"),
+    test_file!("hdf5/compound.h5"),
+    test_file!("hdf5/latest.h5"),
+    test_file!("hdf5/matlab_73.mat"),
+    test_file!("hdf5/plain.h5"),
+    test_file!("mat5/columns_packed.mat"),
+    test_file!("mat5/nested.mat"),
+    test_file!("mat5/rows.mat"),
+    test_file!("mat5/struct_array.mat"),
+    test_file!("mat5/version_4.mat"),
+    test_file!("npy/columns_f8.npy"),
+    test_file!("npy/structured.npy"),
+    test_file!("npz/packed.npz"),
+    test_file!("npz/plain.npz"),
+    test_file!("tdms/scaled.tdms"),
+    test_file!("tdms/segments.tdms"),
+    test_file!("uff/ascii_uneven.uff"),
+    test_file!("uff/binary_uneven.uff"),
+    test_file!("uff/units_164.uff"),
+    test_file!("uff/with_spectrum.uff"),
+    test_file!("wav/float.wav"),
+    test_file!("wav/pcm24.wav"),
+    test_file!("wav/pcm8.wav"),
+    test_file!("wrapped/run.csv.gz"),
+    test_file!("wrapped/two.zip"),
+    test_file!("xlsx/sheets.xlsx"),
 ];
 
 /// Reads by every format that takes the bytes for its own.
 fn read_all(name: &str, bytes: &[u8]) {
-    for format in FORMATS.iter().filter(|format| format.recognises(bytes, name)) {
+    for format in FORMATS
+        .iter()
+        .filter(|format| format.recognises(bytes, name))
+    {
         match format.read(name, bytes) {
             Ok(FormatContent::Tables(tables)) => {
                 assert!(!tables.is_empty());
@@ -66,7 +69,8 @@ fn repacked(bytes: &[u8], which: prop::sample::Index, change: impl Fn(&mut Vec<u
         if index == which {
             change(&mut part);
         }
-        to.start_file(entry.name(), zip::write::SimpleFileOptions::default()).unwrap();
+        to.start_file(entry.name(), zip::write::SimpleFileOptions::default())
+            .unwrap();
         to.write_all(&part).unwrap();
     }
     to.finish().unwrap().into_inner()
@@ -108,7 +112,7 @@ proptest! {
         part in any::<prop::sample::Index>(),
         changes in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
     ) {
-        let (name, bytes) = file!("xlsx/sheets.xlsx");
+        let (name, bytes) = test_file!("xlsx/sheets.xlsx");
         let bytes = repacked(bytes, part, |part| {
             for (at, value) in &changes {
                 let at = at.index(part.len());

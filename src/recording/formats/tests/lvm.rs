@@ -4,7 +4,11 @@ use super::helpers::{clock, names, notes_say, refusal, table, tables, unit, valu
 
 /// A file of the headers and rows given; `file` are lines of the file's header.
 fn lvm(file: &[&str], rest: &[&str]) -> Vec<u8> {
-    let mut lines = vec!["LabVIEW Measurement\t", "Writer_Version\t2", "Reader_Version\t2"];
+    let mut lines = vec![
+        "LabVIEW Measurement\t",
+        "Writer_Version\t2",
+        "Reader_Version\t2",
+    ];
     lines.extend(file);
     lines.push("***End_of_Header***\t");
     lines.extend(rest);
@@ -30,7 +34,10 @@ fn no_times_decimal_comma() {
         rows[1],
         "",
     ];
-    let bytes = lvm(&["Separator\tTab", "Decimal_Separator\t,", "X_Columns\tNo"], &segment);
+    let bytes = lvm(
+        &["Separator\tTab", "Decimal_Separator\t,", "X_Columns\tNo"],
+        &segment,
+    );
     let read = table(("short.lvm", &bytes));
     assert_eq!(names(&read), ["Excitation (Trigger)", "Response (Trigger)"]);
     assert_eq!(values(&read, "Response (Trigger)"), [1.204_792, 1.208_403]);
@@ -56,16 +63,29 @@ fn one_time_column_with_empty_fields_and_comments() {
     ];
     let bytes = lvm(&[POINT, "X_Columns\tOne"], &segment);
     // Once more as a Western Windows writes it.
-    let latin: Vec<u8> = String::from_utf8(bytes.clone()).unwrap().chars().map(|c| c as u8).collect();
+    let latin: Vec<u8> = String::from_utf8(bytes.clone())
+        .unwrap()
+        .chars()
+        .map(|c| c as u8)
+        .collect();
     for bytes in [bytes, latin] {
         let read = table(("a.lvm", &bytes));
-        assert_eq!(names(&read), ["X_Value", "Ai0", "Untitled", "Temperatura (\u{b0}C)"]);
+        assert_eq!(
+            names(&read),
+            ["X_Value", "Ai0", "Untitled", "Temperatura (\u{b0}C)"]
+        );
         assert_eq!(values(&read, "X_Value"), [0.0, 0.001, 0.002]);
         assert_eq!(unit(&read, "X_Value"), Some("s"));
         assert!(values(&read, "Untitled").iter().all(|v| v.is_nan()));
         assert!(values(&read, "Ai0")[1].is_nan());
-        assert!(notes_say(&read, &["1 cells are no numbers", "broken", "line 14, column 2"]));
-        assert!(notes_say(&read, &["2 rows have a comment", "LOST COMMUNICATION"]));
+        assert!(notes_say(
+            &read,
+            &["1 cells are no numbers", "broken", "line 14, column 2"]
+        ));
+        assert!(notes_say(
+            &read,
+            &["2 rows have a comment", "LOST COMMUNICATION"]
+        ));
         assert!(notes_say(&read, &["valid only for Ai0"]));
     }
 }
@@ -119,7 +139,10 @@ fn segments_that_go_on_are_joined() {
     let joined = |first: [&str; 2], second: [&str; 2]| {
         let lines = [segment(first[0], first[1]), segment(second[0], second[1])].concat();
         let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
-        tables(("a.lvm", &lvm(&[POINT, "Multi_Headings\tYes", "X_Columns\tNo"], &lines)))
+        tables((
+            "a.lvm",
+            &lvm(&[POINT, "Multi_Headings\tYes", "X_Columns\tNo"], &lines),
+        ))
     };
     let by_start = joined(["12:00:00", "0.0"], ["12:00:00", "1.0"]);
     assert_eq!(values(&by_start[0], "V"), [1.0, 2.0, 1.0, 2.0]);

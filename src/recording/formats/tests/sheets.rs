@@ -1,10 +1,10 @@
 //! Workbooks as openpyxl writes them.
 
-use super::helpers::{column, file, names, notes_say, tables, unit, v, values, xp};
+use super::helpers::{column, names, notes_say, tables, test_file, unit, v, values, xp};
 
 #[test]
 fn sheets_headers_dates_and_text() {
-    let read = tables(file!("xlsx/sheets.xlsx"));
+    let read = tables(test_file!("xlsx/sheets.xlsx"));
     let of: Vec<&str> = read.iter().map(|t| t.name.as_str()).collect();
     assert_eq!(of, ["run", "second"]);
     let run = &read[0];

@@ -1,12 +1,13 @@
 //! TDMS files as npTDMS writes them, and segments made by hand after NI's description.
 
 use super::helpers::{
-    INTERVAL, clock, file, names, notes_say, refusal, table, tables, times, unit, v, values, xp,
+    INTERVAL, clock, names, notes_say, refusal, table, tables, test_file, times, unit, v, values,
+    xp,
 };
 
 #[test]
 fn segments_groups_and_clocks() {
-    let read = tables(file!("tdms/segments.tdms"));
+    let read = tables(test_file!("tdms/segments.tdms"));
     assert_eq!(read.len(), 2);
     let run = &read[0];
     assert_eq!(run.name, "run 'a'");
@@ -21,7 +22,7 @@ fn segments_groups_and_clocks() {
 
 #[test]
 fn scales_are_applied_or_said() {
-    let read = tables(file!("tdms/scaled.tdms"));
+    let read = tables(test_file!("tdms/scaled.tdms"));
     let run = &read[0];
     // 1 + 2 s + s^2 / 8 with s = 0.5 raw + 0.25, raw = 2 xp.
     let scaled: Vec<f64> = xp()
@@ -117,7 +118,10 @@ const INTERLEAVED: u32 = 1 << 5;
 fn byte_orders_interleaving_and_chunks() {
     let data = [1, 2, 3, 4, 5, 6, 7, 8];
     for is_big in [false, true] {
-        let read = table(("a.tdms", &Segment::of_two(is_big, 2).with(FLAGS, None, &data)));
+        let read = table((
+            "a.tdms",
+            &Segment::of_two(is_big, 2).with(FLAGS, None, &data),
+        ));
         assert_eq!(values(&read, "a"), [1.0, 2.0, 5.0, 6.0]);
         assert_eq!(values(&read, "b"), [3.0, 4.0, 7.0, 8.0]);
         let bytes = Segment::of_two(is_big, 4).with(FLAGS | INTERLEAVED, None, &data);
@@ -157,7 +161,10 @@ fn files_that_were_not_closed_or_cut() {
 fn daqmx_and_promises_are_refused() {
     let bytes = Segment::of_two(false, 1).with(FLAGS | 1 << 7, None, &[1, 2]);
     let refused = refusal(("a.tdms", &bytes));
-    assert!(refused.contains("DAQmx") && refused.contains("CSV"), "{refused}");
+    assert!(
+        refused.contains("DAQmx") && refused.contains("CSV"),
+        "{refused}"
+    );
     // Samples that are not there are not allocated.
     let bytes = Segment::of_two(false, u64::MAX / 4).with(FLAGS, None, &[1, 2]);
     assert_eq!(values(&table(("a.tdms", &bytes)), "a"), [1.0, 2.0]);

@@ -1,7 +1,8 @@
 //! Universal files as pyuff writes them.
 
 use super::helpers::{
-    INTERVAL, clock, file, names, notes_say, refusal, t, table, tables, times, unit, v, values, xp,
+    INTERVAL, clock, names, notes_say, refusal, t, table, tables, test_file, times, unit, v,
+    values, xp,
 };
 
 const DRIVE: &str = "Drive Beam +Z";
@@ -10,10 +11,10 @@ const DISPLACEMENT: &str = "Displacement Beam 7+Z";
 #[test]
 fn even_functions_as_text_and_binary() {
     for file in [
-        file!("uff/ascii_even.uff"),
-        file!("uff/ascii_even_single.uff"),
-        file!("uff/binary_little.uff"),
-        file!("uff/binary_big.uff"),
+        test_file!("uff/ascii_even.uff"),
+        test_file!("uff/ascii_even_single.uff"),
+        test_file!("uff/binary_little.uff"),
+        test_file!("uff/binary_big.uff"),
     ] {
         let read = table(file);
         assert_eq!(read.columns.len(), 2, "{}", file.0);
@@ -26,7 +27,10 @@ fn even_functions_as_text_and_binary() {
 
 #[test]
 fn uneven_functions_share_their_times() {
-    for file in [file!("uff/ascii_uneven.uff"), file!("uff/binary_uneven.uff")] {
+    for file in [
+        test_file!("uff/ascii_uneven.uff"),
+        test_file!("uff/binary_uneven.uff"),
+    ] {
         let read = table(file);
         assert_eq!(read.columns.len(), 3, "{:?}", names(&read));
         assert_eq!(read.columns[1].values, v());
@@ -45,16 +49,19 @@ fn uneven_functions_share_their_times() {
 
 #[test]
 fn spectra_are_left_out_or_refused() {
-    let read = table(file!("uff/with_spectrum.uff"));
+    let read = table(test_file!("uff/with_spectrum.uff"));
     assert_eq!(read.columns[1].values, xp());
-    assert!(notes_say(&read, &["Left out: FRF Beam 3+Z (complex: a spectrum)"]));
-    let refused = refusal(file!("uff/only_spectrum.uff"));
+    assert!(notes_say(
+        &read,
+        &["Left out: FRF Beam 3+Z (complex: a spectrum)"]
+    ));
+    let refused = refusal(test_file!("uff/only_spectrum.uff"));
     assert!(refused.contains("no time histories"), "{refused}");
 }
 
 #[test]
 fn units_of_the_file() {
-    let read = table(file!("uff/units_164.uff"));
+    let read = table(test_file!("uff/units_164.uff"));
     assert_eq!(read.columns[0].values, times(&xp(), 1.0 / 1000.0));
     assert_eq!(read.columns[0].unit.as_deref(), Some("m"));
     assert!(notes_say(&read, &["divided by 1000", "MM: mm"]));
@@ -62,7 +69,7 @@ fn units_of_the_file() {
 
 #[test]
 fn traps_of_other_writers() {
-    let (_, text) = file!("uff/ascii_even.uff");
+    let (_, text) = test_file!("uff/ascii_even.uff");
     let text = std::str::from_utf8(text).unwrap();
     // Numbers that touch, D exponents, a delimiter with spaces, Windows line ends.
     let edited = text
@@ -74,8 +81,11 @@ fn traps_of_other_writers() {
     assert_eq!(read.columns[0].values, v());
     assert_eq!(read.columns[1].values, xp());
     // A newline between binary data and the delimiter.
-    let (_, bytes) = file!("uff/binary_little.uff");
-    let at = bytes.windows(13).position(|w| w == b"    -1\n    -1").unwrap();
+    let (_, bytes) = test_file!("uff/binary_little.uff");
+    let at = bytes
+        .windows(13)
+        .position(|w| w == b"    -1\n    -1")
+        .unwrap();
     let edited = [&bytes[..at], b"\n", &bytes[at..]].concat();
     let read = table(("a.uff", &edited));
     assert_eq!(read.columns[1].values, xp());
@@ -84,8 +94,14 @@ fn traps_of_other_writers() {
     assert!(refusal(("a.uff", &text.as_bytes()[..1100])).contains("ends at byte"));
     let first = text.replacen("8.00000000000e+00", "8.00000000000x+00", 1);
     let error = refusal(("a.uff", first.as_bytes()));
-    assert!(error.contains("line 14") && error.contains("not a number"), "{error}");
+    assert!(
+        error.contains("line 14") && error.contains("not a number"),
+        "{error}"
+    );
     // A file without functions.
     assert!(refusal(("a.uff", b"    -1\n    15\n 1 2\n    -1\n")).contains("dataset 58"));
-    assert_eq!(tables(file!("uff/ascii_even.uff"))[0].columns[0].name, DRIVE);
+    assert_eq!(
+        tables(test_file!("uff/ascii_even.uff"))[0].columns[0].name,
+        DRIVE
+    );
 }

@@ -2,14 +2,14 @@
 
 use proptest::prelude::*;
 
-use super::helpers::{file, read, refusal};
+use super::helpers::{read, refusal, test_file};
 use crate::recording::formats::{FORMATS, FormatContent, recognise};
 
 #[test]
 fn one_file_in_a_wrapper() {
     for (file, expected) in [
-        (file!("wrapped/run.csv.gz"), "run.csv"),
-        (file!("wrapped/phyphox.zip"), "Raw Data.csv"),
+        (test_file!("wrapped/run.csv.gz"), "run.csv"),
+        (test_file!("wrapped/phyphox.zip"), "Raw Data.csv"),
     ] {
         let Ok(FormatContent::Inner { name, bytes }) = read(file) else {
             panic!("{}", file.0);
@@ -22,7 +22,7 @@ fn one_file_in_a_wrapper() {
 
 #[test]
 fn several_files_in_a_wrapper() {
-    let Ok(FormatContent::Several(files)) = read(file!("wrapped/two.zip")) else {
+    let Ok(FormatContent::Several(files)) = read(test_file!("wrapped/two.zip")) else {
         panic!("not several");
     };
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
@@ -40,7 +40,15 @@ fn known_formats_that_are_not_read() {
 
 #[test]
 fn text_is_no_format_of_these() {
-    for text in ["t,V\n0,1\n", "-1\n0.5\n", "-1 2\n58 3\n", "", "#", "LabVIEW", "PK"] {
+    for text in [
+        "t,V\n0,1\n",
+        "-1\n0.5\n",
+        "-1 2\n58 3\n",
+        "",
+        "#",
+        "LabVIEW",
+        "PK",
+    ] {
         assert!(recognise(text.as_bytes(), "a.csv").is_none(), "{text:?}");
     }
     let mut ids: Vec<&str> = FORMATS.iter().map(|format| format.id()).collect();

@@ -15,7 +15,10 @@ pub(super) fn read(
 ) -> Result<Function, FormatError> {
     let per_sample = header.numbers_per_sample();
     let short = |at: usize, have: usize| {
-        context.truncated(at, format!("a function ({have} of {} samples)", header.count))
+        context.truncated(
+            at,
+            format!("a function ({have} of {} samples)", header.count),
+        )
     };
     let wanted = header
         .count
@@ -47,7 +50,10 @@ pub(super) fn read(
             let value = parse(text).ok_or_else(|| {
                 context.malformed_line(
                     lines.number(),
-                    format!("\"{}\" is not a number", String::from_utf8_lossy(rest).trim()),
+                    format!(
+                        "\"{}\" is not a number",
+                        String::from_utf8_lossy(rest).trim()
+                    ),
                 )
             })?;
             rest = after;
@@ -82,7 +88,11 @@ fn parse(text: &[u8]) -> Option<f64> {
         let mut copy = [0_u8; 40];
         let copy = copy.get_mut(..text.len())?;
         for (to, from) in copy.iter_mut().zip(text) {
-            *to = if matches!(from, b'd' | b'D') { b'e' } else { *from };
+            *to = if matches!(from, b'd' | b'D') {
+                b'e'
+            } else {
+                *from
+            };
         }
         return std::str::from_utf8(copy).ok()?.parse().ok();
     }

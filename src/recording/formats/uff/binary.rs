@@ -15,7 +15,12 @@ pub(super) fn read(
 ) -> Result<Function, FormatError> {
     let at = lines.at();
     let data = bytes.get(at..).unwrap_or_default();
-    let short = || context.truncated(bytes.len(), format!("the {} samples of a function", header.count));
+    let short = || {
+        context.truncated(
+            bytes.len(),
+            format!("the {} samples of a function", header.count),
+        )
+    };
     let size = if header.is_double { 8 } else { 4 };
     let length = |sample: usize| header.count.checked_mul(sample);
     let full = length(size * header.numbers_per_sample()).ok_or_else(short)?;
@@ -26,7 +31,11 @@ pub(super) fn read(
         .flatten();
     let mut notes = Vec::new();
     let is_mixed = !ends_at(data, full) && mixed.is_some_and(|mixed| ends_at(data, mixed));
-    let used = if is_mixed { mixed.unwrap_or(full) } else { full };
+    let used = if is_mixed {
+        mixed.unwrap_or(full)
+    } else {
+        full
+    };
     if used > data.len() {
         return Err(short());
     }
@@ -46,10 +55,20 @@ pub(super) fn read(
             header.count
         ));
     }
-    let order = header.binary.map_or(ByteOrder::Little, |binary| binary.order);
-    let number = if header.is_double { NumberType::F64 } else { NumberType::F32 };
+    let order = header
+        .binary
+        .map_or(ByteOrder::Little, |binary| binary.order);
+    let number = if header.is_double {
+        NumberType::F64
+    } else {
+        NumberType::F32
+    };
     let abscissa_type = if is_mixed { NumberType::F32 } else { number };
-    let abscissa_size = if header.is_even { 0 } else { abscissa_type.size() };
+    let abscissa_size = if header.is_even {
+        0
+    } else {
+        abscissa_type.size()
+    };
     let stride = abscissa_size + size * (1 + usize::from(header.is_complex));
     let column = |number: NumberType, offset: usize| {
         let layout = Layout {
@@ -62,7 +81,11 @@ pub(super) fn read(
         decode(data, &layout).ok_or_else(short)
     };
     let function = Function {
-        abscissa: if header.is_even { None } else { Some(column(abscissa_type, 0)?) },
+        abscissa: if header.is_even {
+            None
+        } else {
+            Some(column(abscissa_type, 0)?)
+        },
         ordinate: column(number, abscissa_size)?,
         notes,
     };
@@ -72,12 +95,17 @@ pub(super) fn read(
 
 /// Line ends before a delimiter.
 fn gap(rest: &[u8]) -> usize {
-    rest.iter().take(2).take_while(|b| matches!(b, b'\r' | b'\n')).count()
+    rest.iter()
+        .take(2)
+        .take_while(|b| matches!(b, b'\r' | b'\n'))
+        .count()
 }
 
 /// Whether a closing delimiter stands at `at`, or the file ends there.
 fn ends_at(data: &[u8], at: usize) -> bool {
-    let Some(rest) = data.get(at..) else { return false };
+    let Some(rest) = data.get(at..) else {
+        return false;
+    };
     let rest = rest.get(gap(rest)..).unwrap_or_default();
     let line = rest.get(..rest.len().min(82)).unwrap_or_default();
     let line = line.split(|b| *b == b'\n').next().unwrap_or_default();

@@ -58,7 +58,10 @@ fn fixed<'a>(line: &'a str, widths: &[usize]) -> Vec<&'a str> {
     widths
         .iter()
         .map(|width| {
-            let end = rest.char_indices().nth(*width).map_or(rest.len(), |(at, _)| at);
+            let end = rest
+                .char_indices()
+                .nth(*width)
+                .map_or(rest.len(), |(at, _)| at);
             let (field, after) = rest.split_at(end);
             rest = after;
             field.trim()
@@ -69,11 +72,21 @@ fn fixed<'a>(line: &'a str, widths: &[usize]) -> Vec<&'a str> {
 /// The numbers of `line`: by width, or between spaces where widths do not give numbers.
 fn numbers(line: &str, widths: &[usize]) -> Option<Vec<f64>> {
     let parse = |field: &str| -> Option<f64> {
-        field.replace(['D', 'd'], "E").parse().ok().filter(|v: &f64| v.is_finite())
+        field
+            .replace(['D', 'd'], "E")
+            .parse()
+            .ok()
+            .filter(|v: &f64| v.is_finite())
     };
     let by_width: Option<Vec<f64>> = fixed(line, widths)
         .into_iter()
-        .map(|field| if field.is_empty() { Some(0.0) } else { parse(field) })
+        .map(|field| {
+            if field.is_empty() {
+                Some(0.0)
+            } else {
+                parse(field)
+            }
+        })
         .collect();
     by_width.or_else(|| {
         let fields: Vec<&str> = line.split_whitespace().collect();
@@ -107,9 +120,11 @@ impl Header {
         }
         let record = |number: usize| records.get(number - 1).map_or("", String::as_str);
         let line = lines.number() - 4;
-        let bad = |what: &str| context.malformed_line(line, format!("{what} of a function is not valid"));
+        let bad =
+            |what: &str| context.malformed_line(line, format!("{what} of a function is not valid"));
         let dof = fixed(record(6), &[5, 10, 5, 10, 11, 10, 4, 11, 10, 4]);
-        let form = numbers(record(7), &[10, 10, 10, 13, 13, 13]).ok_or_else(|| bad("the data form"))?;
+        let form =
+            numbers(record(7), &[10, 10, 10, 13, 13, 13]).ok_or_else(|| bad("the data form"))?;
         let [kind, count, spacing, start, interval, _] = form.as_slice() else {
             return Err(bad("the data form"));
         };
@@ -165,7 +180,11 @@ impl Header {
         let name = label.or(id).map_or("", String::as_str);
         let full = format!("{name} {}", self.response);
         let full = full.trim();
-        if full.is_empty() { "function".to_owned() } else { full.to_owned() }
+        if full.is_empty() {
+            "function".to_owned()
+        } else {
+            full.to_owned()
+        }
     }
 
     /// Why the function is no time history; `None` if it is one.
@@ -201,7 +220,9 @@ impl Header {
             _ => {
                 return (
                     1.0,
-                    Some(format!("The abscissa has the unit \"{unit}\"; it was taken as seconds.")),
+                    Some(format!(
+                        "The abscissa has the unit \"{unit}\"; it was taken as seconds."
+                    )),
                 );
             }
         };
@@ -235,11 +256,7 @@ fn response(dof: &[&str]) -> String {
 }
 
 /// What the first line says of a binary dataset; `None` for text.
-fn binary(
-    context: &FileContext,
-    first: &[u8],
-    line: usize,
-) -> Result<Option<Binary>, FormatError> {
+fn binary(context: &FileContext, first: &[u8], line: usize) -> Result<Option<Binary>, FormatError> {
     if !first.get(6).is_some_and(|b| b.eq_ignore_ascii_case(&b'b')) {
         return Ok(None);
     }
@@ -255,7 +272,11 @@ fn binary(
             "export the functions as text (dataset 58, ASCII)",
         ));
     }
-    let order = if *order == 1.0 { ByteOrder::Little } else { ByteOrder::Big };
+    let order = if *order == 1.0 {
+        ByteOrder::Little
+    } else {
+        ByteOrder::Big
+    };
     Ok(Some(Binary {
         order,
         bytes: (*bytes > 0.0 && *bytes < 1e15).then_some(*bytes as usize),

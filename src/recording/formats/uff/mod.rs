@@ -55,13 +55,14 @@ impl Format for Uff {
                 continue;
             }
             let Some(first) = lines.next() else { break };
-            if is_delimiter(first) {
-                // The end of one dataset, then the start of the next.
-                let Some(first) = lines.next() else { break };
-                found.read_set(&context, bytes, &mut lines, first)?;
+            // The end of one dataset, then the start of the next.
+            let first = if is_delimiter(first) {
+                lines.next()
             } else {
-                found.read_set(&context, bytes, &mut lines, first)?;
-            }
+                Some(first)
+            };
+            let Some(first) = first else { break };
+            found.read_set(&context, bytes, &mut lines, first)?;
         }
         found.into_content(&context)
     }
@@ -173,7 +174,10 @@ impl Found {
         if self.arrays.arrays.is_empty() {
             if self.sets == 0 {
                 return Err(context.unsupported(
-                    format!("none of its {} datasets is a function (58)", self.other_sets),
+                    format!(
+                        "none of its {} datasets is a function (58)",
+                        self.other_sets
+                    ),
                     "export the measured time histories as UFF dataset 58",
                 ));
             }
