@@ -33,6 +33,17 @@ impl<'a> Lines<'a> {
         self.number
     }
 
+    /// All bytes from the next line on.
+    pub fn rest(&self) -> &'a [u8] {
+        self.bytes.get(self.at..).unwrap_or_default()
+    }
+
+    /// Goes over `count` lines of together `bytes` bytes.
+    pub fn skip_over(&mut self, bytes: usize, count: usize) {
+        self.seek(self.at.saturating_add(bytes));
+        self.number += count;
+    }
+
     /// Goes on at byte `at`, which is the start of a line; lines between are not counted.
     pub fn seek(&mut self, at: usize) {
         self.at = at.min(self.bytes.len());

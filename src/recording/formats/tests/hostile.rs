@@ -6,7 +6,14 @@ use proptest::prelude::*;
 use super::helpers::test_file;
 use crate::recording::formats::{FORMATS, FormatContent};
 
-const FILES: [(&str, &[u8]); 26] = [
+const LVM: &[u8] = b"LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\nMulti_Headings\tYes\n\
+X_Columns\tMulti\n***End_of_Header***\t\n\t\nChannels\t2\nDate\t2026/01/01\t\t2026/01/01\nTime\t12:00:00,5\n\
+Y_Unit_Label\tV\t\tm\nX0\t0,0\t\t0,0\nDelta_X\t0,5\t\t0,5\n***End_of_Header***\t\n\
+X_Value\tV\tX_Value\tx\tComment\n0,0\t1,5\t0,0\t2,5\tnote\n0,5\t3,5\t0,5\t4,5\n\nChannels\t2\n\
+***End_of_Header***\nX_Value\tV\tX_Value\tx\n0,0\t1,5\t0,0\t2,5\n0,5\t3,5\n";
+
+const FILES: [(&str, &[u8]); 27] = [
+    ("joined.lvm", LVM),
     test_file!("hdf5/attributes.h5"),
     test_file!("hdf5/compound.h5"),
     test_file!("hdf5/latest.h5"),

@@ -80,7 +80,7 @@ fn one_time_column_with_empty_fields_and_comments() {
         assert!(values(&read, "Ai0")[1].is_nan());
         assert!(notes_say(
             &read,
-            &["1 cells are no numbers", "broken", "line 14, column 2"]
+            &["1 cells are no numbers", "broken", "line 17, column 2"]
         ));
         assert!(notes_say(
             &read,

@@ -1,11 +1,10 @@
 //! Universal files as pyuff writes them.
 
 use super::helpers::{
-    INTERVAL, clock, names, notes_say, refusal, t, table, tables, test_file, times, unit, v,
-    values, xp,
+    INTERVAL, clock, names, notes_say, refusal, t, table, tables, test_file, unit, v, values, xp,
 };
 
-const DRIVE: &str = "Drive Beam +Z";
+const DRIVE: &str = "Drive Beam 0+Z";
 const DISPLACEMENT: &str = "Displacement Beam 7+Z";
 
 #[test]
@@ -62,7 +61,8 @@ fn spectra_are_left_out_or_refused() {
 #[test]
 fn units_of_the_file() {
     let read = table(test_file!("uff/units_164.uff"));
-    assert_eq!(read.columns[0].values, times(&xp(), 1.0 / 1000.0));
+    let metres: Vec<f64> = xp().iter().map(|x| x / 1000.0).collect();
+    assert_eq!(read.columns[0].values, metres);
     assert_eq!(read.columns[0].unit.as_deref(), Some("m"));
     assert!(notes_say(&read, &["divided by 1000", "MM: mm"]));
 }
