@@ -8,6 +8,7 @@ use impactscope::model::parameter::ParameterId;
 use impactscope::model::preset::Preset;
 use impactscope::recording::Recording;
 use impactscope::recording::csv::{import_bytes, import_bytes_auto, preview_bytes};
+use impactscope::recording::formats::{FORMATS, FormatContent};
 use impactscope::sim::{Options, simulate};
 
 /// Longest message on a file, whatever the file holds [bytes].
@@ -33,6 +34,31 @@ pub fn recordings(bytes: &[u8]) {
     match import_bytes_auto("fuzz.csv", bytes) {
         Ok(recording) => check_recording(&recording),
         Err(error) => assert_says_something(&error.to_string()),
+    }
+}
+
+/// A file of a binary or structured format, by every format that takes it for its own: the tables
+/// that are read are sound.
+pub fn formats(bytes: &[u8]) {
+    for format in FORMATS {
+        let extension = format.extensions().first().unwrap_or(&"");
+        let name = format!("fuzz.{extension}");
+        if !format.recognises(bytes, &name) {
+            continue;
+        }
+        match format.read(&name, bytes) {
+            Ok(FormatContent::Tables(tables)) => {
+                assert!(!tables.is_empty(), "no tables and no error");
+                for table in tables {
+                    let rows = table.rows();
+                    assert!(rows > 0, "a table without rows");
+                    assert!(table.columns.iter().all(|c| c.values.len() == rows));
+                    assert!(table.clock.is_none_or(|clock| clock.interval > 0.0));
+                }
+            }
+            Ok(FormatContent::Inner { .. } | FormatContent::Several(_)) => {}
+            Err(error) => assert_says_something(&error.to_string()),
+        }
     }
 }
 
