@@ -18,6 +18,7 @@ pub mod experiment_setup;
 pub mod features;
 pub(crate) mod grid;
 pub mod instrument_faults;
+pub mod integrate;
 pub mod lag;
 pub mod level;
 pub mod level_change;
