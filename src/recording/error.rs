@@ -71,8 +71,6 @@ pub enum ImportError {
     TooLarge { file: FileText, megabytes: u64 },
     #[error("{file}: the file is empty; record or export it again")]
     Empty { file: FileText },
-    #[error("{file}: the text is UTF-16; save it as UTF-8 (\"CSV UTF-8\" in a spreadsheet)")]
-    Utf16 { file: FileText },
     #[error(
         "{file}, line {line}: binary data (byte 0x{byte:02x} at offset {offset}); export the recording as CSV text"
     )]
@@ -83,16 +81,7 @@ pub enum ImportError {
         byte: u8,
     },
     #[error(
-        "{file}, line {line}, column {column}: byte 0x{byte:02x} is not UTF-8 (Latin-1, perhaps); save the file as UTF-8, or write um for \u{b5}m"
-    )]
-    NotUtf8 {
-        file: FileText,
-        line: usize,
-        column: usize,
-        byte: u8,
-    },
-    #[error(
-        "{file}, line {line}: no rows of numbers from here on; expected a header such as \"t [s], V [V], xp [um], xc [um]\" and rows of numbers separated by comma, semicolon or tab"
+        "{file}, line {line}: no rows of numbers from here on; expected a header such as \"t [s], V [V], xp [um], xc [um]\" and rows of numbers separated by comma, semicolon, tab, pipe or blanks"
     )]
     NoNumbers { file: FileText, line: usize },
     #[error(
@@ -192,6 +181,88 @@ pub enum ImportError {
         setting: &'static str,
         value: FileText,
     },
+    /// More than one reading is possible.
+    #[error("{file}, line {line}: {question}; decide with {options}, or in the import window")]
+    Undecided {
+        file: FileText,
+        line: usize,
+        question: FileText,
+        options: FileText,
+    },
+    /// A motion or a voltage is in a unit of another quantity, and nothing says what it stands for.
+    #[error(
+        "{file}, line {line}, column {column}: {symbol} is in \"{unit}\"; say what one {unit} stands for, for example with --scale {symbol}={example}"
+    )]
+    NeedsScale {
+        file: FileText,
+        line: usize,
+        column: usize,
+        unit: FileText,
+        symbol: String,
+        example: FileText,
+    },
+    #[error(
+        "{file}, column {column}: \"{scale}\" is no scale from \"{unit}\" to {base}; write for example --scale {symbol}=0.5um/V"
+    )]
+    BadScale {
+        file: FileText,
+        column: usize,
+        scale: FileText,
+        unit: FileText,
+        symbol: String,
+        base: String,
+    },
+    /// A file with several recordings.
+    #[error("{file}: there are {count} recordings in the file ({names}); choose one with --trial N")]
+    SeveralRecordings {
+        file: FileText,
+        count: usize,
+        names: FileText,
+    },
+    #[error("{file}: recording {trial} is asked for, but the file holds {count}; choose one of them")]
+    NoSuchTrial {
+        file: FileText,
+        trial: usize,
+        count: usize,
+    },
+    /// More rows would be lost than a few.
+    #[error(
+        "{file}, line {line}: {lost} of {rows} rows have no time that can be used ({reason}); mend the file, choose another time column, or accept the loss with --accept-losses"
+    )]
+    RowsLost {
+        file: FileText,
+        line: usize,
+        lost: usize,
+        rows: usize,
+        reason: FileText,
+    },
+    /// The numbers of the time column change their unit midway.
+    #[error(
+        "{file}, line {line}: the unit of time changes between rows ({before}, then {after}): the recorder wrote some times in another unit; multiply them, or export again"
+    )]
+    TimeUnitChanges {
+        file: FileText,
+        line: usize,
+        before: FileText,
+        after: FileText,
+    },
+    /// Rows get another number of cells midway.
+    #[error(
+        "{file}, line {line}: from here on rows have {after} cells, before {before}: a column was added or removed, so that columns may have moved; split the file here, or accept the columns as they are with --accept-losses"
+    )]
+    ColumnsChange {
+        file: FileText,
+        line: usize,
+        before: usize,
+        after: usize,
+    },
+    /// An option names a column that the file does not have.
+    #[error("{file}: no column is called \"{name}\"; the columns are {found}")]
+    NoColumnNamed {
+        file: FileText,
+        name: FileText,
+        found: FileText,
+    },
     #[error("{file}: import stopped")]
     Cancelled { file: FileText },
 }
@@ -226,8 +297,28 @@ pub enum WarningKind {
     GuessedColumn,
     /// A column carries no unit; one was assumed.
     AssumedUnit,
-    /// Two columns have the same meaning; the first is used.
+    /// Another column could have the same meaning; it is not used.
     DuplicateColumn,
+    /// Readings out of the instrument's range; they become NaN.
+    Overrange,
+    /// Marks between thousands were taken out.
+    ThousandsMarks,
+    /// The text is in another encoding than UTF-8, or zero bytes were cut off.
+    TextEncoding,
+    /// Lines of text among or after the rows were left out.
+    TextRows,
+    /// Rows were turned round or sorted by time.
+    RowsReordered,
+    /// A counter began again at zero; what it had counted was added.
+    CounterWrap,
+    /// Times come from a sampling rate, not from a column of times.
+    SampleClock,
+    /// Times were converted from days, clock times or the like.
+    ConvertedTime,
+    /// A velocity or an acceleration was integrated.
+    Integrated,
+    /// Rows have different numbers of cells.
+    ColumnsChange,
     /// A column has a known name but a unit that does not fit, or no numbers; left out.
     IgnoredColumn,
 }

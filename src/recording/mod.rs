@@ -19,6 +19,7 @@ pub mod features;
 pub mod formats;
 pub(crate) mod grid;
 pub mod instrument_faults;
+pub mod integrate;
 pub mod lag;
 pub mod level;
 pub mod level_change;

@@ -22,7 +22,7 @@ pub(super) fn missing_in(values: &[f64], keep: Option<&[bool]>) -> (usize, Optio
 }
 
 /// Rows whose times increase.
-pub(super) struct ForwardRows {
+pub(in crate::recording) struct ForwardRows {
     /// Whether a row is one of them.
     pub keep: Vec<bool>,
     /// Rows with a time that are not.
@@ -33,7 +33,7 @@ pub(super) struct ForwardRows {
 
 /// Which rows to keep so that time increases. A single time that is too large is dropped rather
 /// than all that follow it.
-pub(super) fn forward_rows(time: &[f64]) -> ForwardRows {
+pub(in crate::recording) fn forward_rows(time: &[f64]) -> ForwardRows {
     let mut keep = vec![false; time.len()];
     let mut dropped = 0;
     let mut first = None;

@@ -3,7 +3,8 @@
 
 mod kept_rows;
 
-use self::kept_rows::{ForwardRows, forward_rows, missing, missing_in};
+pub(super) use self::kept_rows::forward_rows;
+use self::kept_rows::{ForwardRows, missing, missing_in};
 use super::error::{ImportError, ImportWarning, WarningKind, visible};
 use super::times::clock::{ClockFinding, Judgement, judge_rows, judge_steps};
 use super::times::exact_time::ExactTime;
@@ -14,13 +15,21 @@ use crate::model::unit::{counted, format_quantity};
 /// A step of more than this many median intervals is a gap.
 pub const GAP_FACTOR: f64 = 5.0;
 
+/// Largest share of the rows that is left out without asking: a loss of more says that the time is read
+/// wrongly, or that the file is damaged.
+const MAX_LOST_SHARE: f64 = 0.01;
+/// Rows that may be lost from any file.
+const MAX_LOST_ROWS: usize = 2;
+
 /// Columns as a file gave them, SI, NaN where a cell was no number.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Columns {
     pub time: Vec<f64>,
     pub voltage: Option<Vec<f64>>,
     pub proof_mass: Vec<f64>,
     pub cantilever: Option<Vec<f64>>,
+    /// Whether the motion is a displacement rather than what is to be integrated.
+    pub is_displacement: bool,
 }
 
 /// How the times of the columns relate to those of the file.
@@ -36,6 +45,8 @@ pub(super) struct FileClock {
     pub as_written: bool,
     /// Added to all times in the end \[s\].
     pub offset: f64,
+    /// Whether more rows may be lost than [`MAX_LOST_SHARE`].
+    pub accept_losses: bool,
 }
 
 /// Where a row stands in its file, for messages. A `None` channel is the time.
@@ -80,6 +91,7 @@ pub(super) fn assemble(
     let keep = (!increasing).then(|| forward_rows(&columns.time));
     if let Some(kept) = &keep {
         check_direction(kept, rows - missing_times, &report)?;
+        check_losses(kept, missing_times, first_missing_time, &clock, place)?;
     }
     count_missing_cells(
         &mut columns,
@@ -341,6 +353,39 @@ fn check_direction(
     Ok(())
 }
 
+/// Checks that the rows without a time and those that go back in time are few.
+///
+/// # Errors
+/// [`ImportError::RowsLost`].
+fn check_losses(
+    kept: &ForwardRows,
+    missing: usize,
+    first_missing: Option<usize>,
+    clock: &FileClock,
+    place: &Place,
+) -> Result<(), ImportError> {
+    let (lost, rows) = (missing + kept.dropped, kept.keep.len());
+    let most = MAX_LOST_ROWS.max((MAX_LOST_SHARE * rows as f64) as usize);
+    if clock.accept_losses || lost <= most {
+        return Ok(());
+    }
+    let first = [first_missing, kept.first_dropped].into_iter().flatten().min();
+    let reason = match (missing, kept.dropped) {
+        (0, n) => format!("in {n} it does not increase"),
+        (n, 0) => format!("in {n} it is no number"),
+        (missing, back) => {
+            format!("in {missing} it is no number, in {back} it does not increase")
+        }
+    };
+    Err(ImportError::RowsLost {
+        file: place.file.into(),
+        line: first.map_or(0, place.line_of),
+        lost,
+        rows,
+        reason: reason.into(),
+    })
+}
+
 /// Drops the rows without a time and those that go back in time.
 fn drop_rows(columns: &mut Columns, kept: &ForwardRows, report: &mut Report<'_>) {
     let backwards = kept.dropped;
@@ -386,12 +431,16 @@ fn judge_time(columns: &Columns, report: &mut Report<'_>) {
     // A thing that moves by less than a millimetre is small, hence fast, and is not
     // recorded at less than 1 kHz; nothing here is recorded slower than once a second
     // or faster than 1 GHz.
-    let small_and_slow = travel < 1e-3 && travel > 0.0 && interval >= 1e-3;
+    let small_and_slow = columns.is_displacement && travel < 1e-3 && travel > 0.0 && interval >= 1e-3;
     if small_and_slow || !(1e-9..=1.0).contains(&interval) {
+        let motion = if columns.is_displacement {
+            format!(" for a motion of {}", format_quantity(travel, "m", 3))
+        } else {
+            String::new()
+        };
         let message = format!(
-            "samples every {} seem unlikely for a motion of {}; check the unit of the time column",
+            "samples every {} seem unlikely{motion}; check the unit of the time column",
             format_quantity(interval, "s", 3),
-            format_quantity(travel, "m", 3),
         );
         report.warn(WarningKind::UnlikelyTimeUnit, 1, None, message);
     }

@@ -1,40 +1,48 @@
-//! Recordings as delimited text: `t [s], V [V], xp [um], xc [um]`.
+//! Recordings as delimited text: `t [s], V [V], xp [um], xc [um]`, and what laboratories have instead.
 //!
-//! Columns in any order, any of s/ms/us, V/mV, m/cm/mm/um/nm; comma, semicolon or
-//! tab; decimal comma; a UTF-8 mark; comments and free text before the header;
-//! `V` and `xc` may be missing, and `x [m]` alone is the proof mass. What a file
-//! says clearly needs no dialog ([`import_auto`]); otherwise [`preview`] shows what
-//! was understood and [`import`] does what the user settled.
+//! Columns in any order and unit, with names in several languages; comma, semicolon, tab, pipe, blanks,
+//! cells of a fixed width or `label:value`; decimal and thousands marks; UTF-8, UTF-16 or an older
+//! encoding; comments and free text before the header; the headers of oscilloscopes ([`Preview::written_by`]);
+//! a sampling rate in place of a time column. `V` and `xc` may be missing, and `x [m]` alone is the proof
+//! mass. What a file says clearly needs no dialog ([`import_auto`]); otherwise [`preview`] shows what
+//! was understood, [`ReadingChoices`] answers what is open, and [`import`] does what was settled. What has
+//! more than one reading is never guessed in silence.
 
-mod header;
-mod header_line;
+mod choices;
+mod columns;
+mod layout;
 mod line;
-mod names;
 mod number;
+mod order;
+mod preview;
+mod read;
 mod rows;
+mod scopes;
 mod settings;
 pub(crate) mod sniff;
 #[cfg(test)]
 mod tests;
 mod text;
 mod truncated_line;
+mod widths;
 pub(crate) mod write;
 
-pub use self::settings::{ColumnChoice, Decimal, Delimiter, ImportSettings, TimeZero};
-pub use self::sniff::{Preview, preview, preview_bytes};
+pub use self::choices::ReadingChoices;
+pub use self::preview::{Preview, Trial, preview, preview_bytes, trials};
+pub use self::settings::{
+    ColumnChoice, Decimal, Delimiter, Encoding, ImportSettings, Quantity, SampleClock, TimeZero,
+};
 pub use self::text::Progress;
 pub use self::write::{WriteError, write_csv, write_recording};
 
 use std::path::Path;
 
-use sha2::{Digest, Sha256};
-
-use self::number::relative_time::Zero;
-use self::rows::{Layout, Table, first_time};
-use self::text::Text;
-use super::assemble::{Columns, FileClock, Place, assemble};
-use super::error::{ImportError, ImportWarning, WarningKind};
-use super::{Channel, Recording};
+use self::columns::Topic;
+use self::columns::names::Role;
+use self::preview::preview_head;
+use self::read::read;
+use super::Recording;
+use super::error::ImportError;
 
 /// Reads a file as `settings` say.
 ///
@@ -119,26 +127,33 @@ pub fn import_bytes_auto(name: &str, bytes: &[u8]) -> Result<Recording, ImportEr
 pub fn import_voltage(path: &Path) -> Result<(Vec<f64>, Vec<f64>), ImportError> {
     let file = path.display().to_string();
     let bytes = text::read_file(path, None)?;
-    let preview = preview_bytes(&file, &bytes)?;
+    let preview = preview_head(&file, &bytes)?;
     let mut settings = ImportSettings {
         time_zero: TimeZero::File,
         times_as_written: true,
+        cantilever: None,
         ..preview.settings
     };
     let no_voltage = || ImportError::NoVoltageColumn {
         file: file.clone().into(),
         line: settings.skip_lines.max(1),
     };
-    let voltage = settings.voltage.clone().ok_or_else(no_voltage)?;
-    if settings.proof_mass.is_none() {
-        // A recording has a displacement: the voltage's numbers stand in for it, unread.
-        settings.proof_mass = Some(ColumnChoice {
-            unit: "m".to_owned(),
-            ..voltage
-        });
-    } else if let Some(problem) = preview.problem {
-        return Err(problem);
+    // A single channel in volts is the drive here.
+    let in_volts = |choice: &ColumnChoice| columns::units::unit_shift(&choice.unit, "V").is_some();
+    let voltage = settings.voltage.clone();
+    let voltage = voltage.or_else(|| settings.proof_mass.clone().filter(in_volts));
+    let voltage = voltage.ok_or_else(no_voltage)?;
+    let about_motion = |topic: Topic| {
+        let roles = [Role::ProofMass, Role::Cantilever];
+        roles.iter().any(|r| [Topic::Column(*r), Topic::Unit(*r), Topic::Scale(*r)].contains(&topic))
+    };
+    let mut open = preview.questions.into_iter();
+    if let Some(question) = open.find(|question| !about_motion(question.topic)) {
+        return Err(question.error);
     }
+    // A recording has a displacement: the voltage's numbers stand in for it, unread.
+    settings.proof_mass = Some(ColumnChoice::new(voltage.index, "m"));
+    settings.voltage = Some(voltage);
     let recording = read(&file, &bytes, &settings, Vec::new(), None)?;
     recording.drive_table().ok_or_else(no_voltage)
 }
@@ -149,107 +164,60 @@ fn read_auto(
     change: &dyn Fn(&mut ImportSettings),
     progress: Option<&Progress>,
 ) -> Result<Recording, ImportError> {
-    let mut preview = preview_bytes(file, bytes)?;
-    if let Some(problem) = preview.problem {
-        return Err(problem);
+    let mut preview = preview_head(file, bytes)?;
+    if let Some(problem) = preview.problem() {
+        return Err(problem.clone());
     }
     change(&mut preview.settings);
     read(file, bytes, &preview.settings, preview.warnings, progress)
 }
 
-/// The whole import: text, rows in parallel, then the rules for time and gaps.
-fn read(
-    file: &str,
-    bytes: &[u8],
-    settings: &ImportSettings,
-    mut warnings: Vec<ImportWarning>,
+/// [`import_auto`] with answers to what the file leaves open.
+///
+/// # Errors
+/// As [`import_auto`]; what the answers do not decide; an answer that does not fit the file.
+pub fn import_chosen(
+    path: &Path,
+    choices: &ReadingChoices,
     progress: Option<&Progress>,
 ) -> Result<Recording, ImportError> {
-    settings.check(file)?;
-    let text = Text::new(file, bytes)?;
-    let layout = Layout::new(file, settings)?;
-    let (start, first_line) = text.skip_lines(settings.skip_lines);
-    let cut = truncated_line::cut_last_line(&text.bytes[start..], &text, &layout);
-    let end = cut.map_or(text.bytes.len(), |at| start + at);
-    let keeps_zero = settings.time_zero == TimeZero::File;
-    let first = match settings.time_zero {
-        TimeZero::FirstRow => first_time(&text.bytes[start..end], &text, &layout),
-        TimeZero::File => None,
-    };
-    let first = first.unwrap_or_default();
-    let zero = Zero::new(first.clone());
-
-    // The hash is of the same bytes but needs nothing of the parse: its own thread.
-    let (table, hash) = std::thread::scope(|scope| {
-        let hash = scope.spawn(|| hex(&Sha256::digest(bytes)));
-        let range = start..end;
-        let table = Table::parse(file, &text, range, first_line, &layout, &zero, progress);
-        (table, hash.join().ok())
-    });
-    let mut table = table?;
-    if cut.is_some() {
-        let line = table.next_line;
-        warnings.push(ImportWarning::new(
-            WarningKind::CutLastLine,
-            1,
-            Some(line),
-            &format!("the last line ({line}) was cut off in the middle and is left out"),
-        ));
-    }
-
-    let [time, voltage, proof_mass, cantilever] = std::mem::take(&mut table.columns);
-    let scaled = |channel: Channel, column: Option<Vec<f64>>| {
-        let (scale, offset) = settings.scaling(channel);
-        column.map(|mut values| {
-            if scale != 1.0 || offset != 0.0 {
-                values.iter_mut().for_each(|v| {
-                    let scaled = *v * scale + offset;
-                    // What leaves the range of numbers is missing, as it would be in the file.
-                    *v = if scaled.is_finite() { scaled } else { f64::NAN };
-                });
-            }
-            values
-        })
-    };
-    let columns = Columns {
-        time: time.unwrap_or_default(),
-        voltage: scaled(Channel::Voltage, voltage),
-        proof_mass: scaled(Channel::ProofMass, proof_mass).unwrap_or_default(),
-        cantilever: scaled(Channel::Cantilever, cantilever),
-    };
-    let column_of = |channel: Option<Channel>| match channel {
-        None => settings.time.as_ref().map_or(0, |c| c.index),
-        Some(channel) => settings.choice(channel).map_or(0, |c| c.index),
-    };
-    let place = Place {
-        file,
-        line_of: &|row| table.line_of(&text, &layout, row),
-        column_of: &|channel| column_of(channel).saturating_add(1),
-        cell_of: &|row, channel| table.cell_of(&text, &layout, row, column_of(channel)),
-        columns_at: &|row| {
-            let before = text.split(&text.bytes[..start]);
-            let named = before.map(|line| line::cells(line, layout.delimiter).count());
-            let cells = table.cells_of(&text, &layout, row);
-            named.max().unwrap_or(0).max(cells)
-        },
-    };
-    let clock = FileClock {
-        origin: first.shifted(layout.time_unit()),
-        keeps_zero,
-        printed: table.printed,
-        as_written: settings.times_as_written,
-        offset: settings.time_offset,
-    };
-    let mut recording = assemble(columns, clock, &place, warnings)?;
-    recording.sha256 = hash;
+    let file = path.display().to_string();
+    let bytes = text::read_file(path, progress)?;
+    let mut recording = import_bytes_chosen(&file, &bytes, choices)?;
+    recording.name = text::short_name(path);
+    recording.path = Some(path.to_owned());
     Ok(recording)
 }
 
-fn hex(bytes: &[u8]) -> String {
-    use std::fmt::Write;
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        // Writing to a String cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+/// [`import_chosen`] from memory; `name` stands for the file in messages.
+///
+/// # Errors
+/// As [`import_chosen`].
+pub fn import_bytes_chosen(
+    name: &str,
+    bytes: &[u8],
+    choices: &ReadingChoices,
+) -> Result<Recording, ImportError> {
+    let mut preview = preview_chosen(name, bytes, choices)?;
+    if let Some(problem) = preview.problem() {
+        return Err(problem.clone());
+    }
+    let warnings = std::mem::take(&mut preview.warnings);
+    read(name, bytes, &preview.settings, warnings, None)
+}
+
+/// What is understood of a file with the answers given: its settings, and what is still open.
+///
+/// # Errors
+/// As [`preview`]; an answer that does not fit the file.
+pub fn preview_chosen(
+    name: &str,
+    bytes: &[u8],
+    choices: &ReadingChoices,
+) -> Result<Preview, ImportError> {
+    let decoded = choices.encoding.map(|e| text::encoding::decode(bytes, Some(e), false).bytes);
+    let mut preview = preview_head(name, decoded.as_deref().unwrap_or(bytes))?;
+    preview.settings.encoding = choices.encoding.or(preview.settings.encoding);
+    choices.apply(&mut preview)?;
+    Ok(preview)
 }

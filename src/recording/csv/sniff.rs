@@ -1,142 +1,46 @@
-//! What a file seems to be: delimiter, decimal mark, comments, header, columns.
+//! What a file seems to be: encoding, delimiter, decimal mark, comments, header, columns.
 
-use std::io::{Read, Seek, SeekFrom};
-use std::path::Path;
+use std::borrow::Cow;
 
-use super::header_line::find_header_line;
+use super::columns::header_line::{HeaderLine, find_header_line};
+use super::columns::sample::{self, certain_decimal};
+use super::columns::{Mapping, Question, TableFacts, Topic, header_clock, map_by_count, map_header};
 use super::line::{cells, is_skipped, show, show_row, uncomment};
+use super::number::marks::{Evidence, Verdict};
+use super::number::{self, calendar};
+use super::preview::{Preview, Trial};
+use super::scopes::{self, Head, ScopeHeader};
 use super::settings::{Decimal, Delimiter, ImportSettings};
+use super::text::encoding::decode;
+use super::text::reshape::{find_cell_ends, labels, reshape};
 use super::text::Text;
-use super::{header, number, text};
-use crate::recording::error::{ImportError, ImportWarning, visible};
+use crate::recording::error::{ImportError, visible};
 
-/// Bytes looked at from the beginning of a file.
-const HEAD_BYTES: usize = 256 << 10;
-/// Bytes looked at in the middle and at the end, where the first comma of a decimal
-/// number may be.
-const PROBE_BYTES: usize = 16 << 10;
 /// Rows shown.
 const SHOWN_ROWS: usize = 20;
-
 /// Lines looked at, so that a file of empty lines costs nothing.
 const MAX_LINES: usize = 2000;
+/// Rows of one number of cells that begin a table, although later rows have more.
+const MIN_TABLE_ROWS: usize = 3;
 
-/// What was understood of a file, for a dialog or at once for the import.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Preview {
-    /// File name or the name given for the bytes.
-    pub name: String,
-    /// Size of the file \[bytes\].
-    pub size: u64,
-    /// Comments and free text before the header.
-    pub comments: Vec<String>,
-    /// Column names as written (with units); empty if there is no header.
-    pub header: Vec<String>,
-    /// Number of columns.
-    pub columns: usize,
-    /// The first rows of numbers, as text; at most 20.
-    pub rows: Vec<Vec<String>>,
-    /// The import that suggests itself. `time` and `proof_mass` are `None` where the
-    /// user has to choose.
-    pub settings: ImportSettings,
-    /// What a user should confirm; empty if the file is clear.
-    pub ambiguities: Vec<String>,
-    /// What is worth saying if the import goes ahead as suggested.
-    pub warnings: Vec<ImportWarning>,
-    /// Why the import cannot go ahead as suggested.
-    pub(super) problem: Option<ImportError>,
-}
-
-impl Preview {
-    /// Whether the file leaves a choice to the user.
-    #[must_use]
-    pub fn needs_dialog(&self) -> bool {
-        self.problem.is_some() || !self.ambiguities.is_empty()
-    }
-
-    /// Why the file cannot be read as suggested, if so.
-    #[must_use]
-    pub fn problem(&self) -> Option<&ImportError> {
-        self.problem.as_ref()
-    }
-}
-
-/// Looks at a file's beginning, middle and end, however long it is.
-///
-/// # Errors
-/// [`ImportError`] if it is not a file of text with rows of numbers.
-pub fn preview(path: &Path) -> Result<Preview, ImportError> {
-    let file = path.display().to_string();
-    let (mut input, size) = text::open(path)?;
-    let mut part = |from: u64, length: usize| {
-        let mut bytes = Vec::new();
-        input
-            .seek(SeekFrom::Start(from))
-            .and_then(|_| {
-                Read::by_ref(&mut input)
-                    .take(length as u64)
-                    .read_to_end(&mut bytes)
-            })
-            .map(|_| bytes)
-            .map_err(|error| ImportError::Unreadable {
-                file: file.clone().into(),
-                reason: error.to_string().into(),
-            })
-    };
-    let head = part(0, HEAD_BYTES)?;
-    let probes = if size > (HEAD_BYTES + 2 * PROBE_BYTES) as u64 {
-        vec![
-            part(size / 2, PROBE_BYTES)?,
-            part(size - PROBE_BYTES as u64, PROBE_BYTES)?,
-        ]
-    } else {
-        Vec::new()
-    };
-    let probes: Vec<&[u8]> = probes.iter().map(Vec::as_slice).collect();
-    let mut preview = look(&file, &head, (head.len() as u64) < size, &probes)?;
-    preview.size = size;
-    preview.name = text::short_name(path);
-    Ok(preview)
-}
-
-/// [`preview`] of bytes in memory.
-///
-/// # Errors
-/// As [`preview`].
-pub fn preview_bytes(name: &str, bytes: &[u8]) -> Result<Preview, ImportError> {
-    let head = &bytes[..bytes.len().min(HEAD_BYTES)];
-    let n = bytes.len();
-    let probes: &[&[u8]] = if n > HEAD_BYTES + 2 * PROBE_BYTES {
-        &[
-            &bytes[n / 2..n / 2 + PROBE_BYTES],
-            &bytes[n - PROBE_BYTES..],
-        ]
-    } else {
-        &[]
-    };
-    let mut preview = look(name, head, head.len() < n, probes)?;
-    preview.size = n as u64;
-    Ok(preview)
-}
-
-/// The ways to read a row, the plainest first: a later one must be better to win.
-const READING_WAYS: [(Delimiter, Decimal); 5] = [
-    (Delimiter::Comma, Decimal::Point),
-    (Delimiter::Semicolon, Decimal::Point),
-    (Delimiter::Tab, Decimal::Point),
-    (Delimiter::Semicolon, Decimal::Comma),
-    (Delimiter::Tab, Decimal::Comma),
+/// Delimiters of one byte, the plainest first: a later one must be better to win.
+const PLAIN_DELIMITERS: [Delimiter; 4] = [
+    Delimiter::Comma,
+    Delimiter::Semicolon,
+    Delimiter::Tab,
+    Delimiter::Pipe,
 ];
 
-/// Number of cells if `line` is a row of numbers: numbers and missing values, at
+/// Number of cells if `line` is a row of numbers: numbers, clock times and missing values, at
 /// least one number. With `remarks`, cells of other text are let in as long as there
 /// are more numbers, two at least.
-fn data_cells(line: &[u8], way: (Delimiter, Decimal), remarks: bool) -> Option<usize> {
+fn data_cells(line: &[u8], delimiter: u8, remarks: bool) -> Option<usize> {
     let (mut numbers, mut texts, mut count) = (0, 0, 0);
-    for cell in cells(line, way.0.byte()) {
-        match number::looks_numeric(cell, way.1 == Decimal::Comma) {
+    for cell in cells(line, delimiter) {
+        match number::looks_numeric(cell) {
             Some(true) => numbers += 1,
             Some(false) => {}
+            None if is_clock(cell) => numbers += 1,
             None if remarks => texts += 1,
             None => return None,
         }
@@ -150,157 +54,345 @@ fn data_cells(line: &[u8], way: (Delimiter, Decimal), remarks: bool) -> Option<u
     enough.then_some(count)
 }
 
-/// How many rows of numbers a way of reading finds, and with how many cells most.
-fn score(lines: &[&[u8]], way: (Delimiter, Decimal), remarks: bool) -> (usize, usize) {
+fn is_clock(cell: &[u8]) -> bool {
+    cell.first().is_some_and(|b| b.is_ascii_digit() || matches!(b, b'"' | b' '))
+        && std::str::from_utf8(cell).is_ok_and(|text| calendar::seconds(text).is_some())
+}
+
+/// How many rows of numbers there are, and with how many cells most.
+fn score(lines: &[&[u8]], delimiter: u8, remarks: bool) -> (usize, usize) {
     let mut counts: Vec<usize> = lines
         .iter()
-        .filter_map(|line| data_cells(line, way, remarks))
+        .filter_map(|line| data_cells(line, delimiter, remarks))
         .collect();
     counts.sort_unstable();
     counts
         .chunk_by(|a, b| a == b)
-        .map(|run| (run.len(), run[0]))
+        .map(|run| (run.len(), run.first().copied().unwrap_or(0)))
         .max()
         .unwrap_or((0, 0))
 }
 
-/// The way that reads most rows of numbers, with their number of cells; `None` if
-/// there are none.
-fn best_way(lines: &[&[u8]], remarks: bool) -> Option<((Delimiter, Decimal), usize)> {
-    let mut best: Option<((Delimiter, Decimal), (usize, usize))> = None;
-    for way in READING_WAYS {
-        let (found, cells) = score(lines, way, remarks);
-        // Two columns beat one: "0,5" is a row of two before it is a number.
-        let rank = (cells.min(2), found);
-        if found > 0 && best.is_none_or(|(_, most)| rank > most) {
-            best = Some((way, rank));
-        }
-    }
-    best.map(|(way, _)| (way, score(lines, way, remarks).1))
+/// How the lines are divided into cells.
+#[derive(Debug, Clone, PartialEq)]
+struct Way {
+    delimiter: Delimiter,
+    cell_ends: Vec<usize>,
+    columns: usize,
+    remarks: bool,
 }
 
-fn look(file: &str, head: &[u8], cut: bool, probes: &[&[u8]]) -> Result<Preview, ImportError> {
-    let text = Text::new(file, head)?;
-    // The last line of a longer file is cut in the middle: leave it out, and with it
-    // a character cut in the middle.
+/// The delimiter that reads most rows of numbers; `None` if there are none.
+fn best_way(lines: &[&[u8]]) -> Option<Way> {
+    let filled = lines.iter().filter(|l| !is_skipped(l, b',')).count();
+    let labelled = lines.iter().filter(|l| labels(l).is_some()).count();
+    if labelled > 0 && 2 * labelled >= filled {
+        let columns = lines.iter().find_map(|l| labels(l)).map_or(0, |l| l.len());
+        return Some(Way {
+            delimiter: Delimiter::Labels,
+            cell_ends: Vec::new(),
+            columns,
+            remarks: false,
+        });
+    }
+    let blank = reshaped(lines, Delimiter::Spaces, &[]);
+    let blank: Vec<&[u8]> = blank.split(|b| *b == b'\n').collect();
+    // Rows with remarks in them only where there are none without.
+    [false, true].into_iter().find_map(|remarks| {
+        let mut best: Option<(Delimiter, (usize, usize), usize)> = None;
+        let plain = PLAIN_DELIMITERS.map(|d| (d, score(lines, d.byte(), remarks)));
+        let spaces = (Delimiter::Spaces, score(&blank, b'\t', remarks));
+        for (delimiter, (found, cells)) in plain.into_iter().chain([spaces]) {
+            // Two columns beat one: "0,5" is a row of two before it is a number.
+            let rank = (cells.min(2), found);
+            if found > 0 && best.is_none_or(|(_, most, _)| rank > most) {
+                best = Some((delimiter, rank, cells));
+            }
+        }
+        best.map(|(delimiter, _, columns)| Way {
+            delimiter,
+            cell_ends: Vec::new(),
+            columns,
+            remarks,
+        })
+    })
+}
+
+fn reshaped(lines: &[&[u8]], delimiter: Delimiter, cell_ends: &[usize]) -> Vec<u8> {
+    let joined = lines.join(&b'\n');
+    reshape(Cow::Owned(joined), b'\n', delimiter, cell_ends).into_owned()
+}
+
+/// Cells of a fixed width, where blanks do not tell cells apart: a header of several words, or cells
+/// that are empty.
+fn fixed_width(lines: &[&[u8]], way: &Way) -> Option<Way> {
+    let blank = reshaped(lines, Delimiter::Spaces, &[]);
+    let widths: Vec<Option<usize>> = blank
+        .split(|b| *b == b'\n')
+        .map(|line| data_cells(line, b'\t', way.remarks))
+        .collect();
+    let first = widths.iter().position(|w| *w == Some(way.columns))?;
+    let rows: Vec<&[u8]> = lines
+        .iter()
+        .zip(&widths)
+        .filter(|(_, w)| w.is_some())
+        .map(|(line, _)| *line)
+        .collect();
+    let header = first.checked_sub(1).and_then(|i| lines.get(i)).copied();
+    let tokens = header.map_or(0, |h| {
+        let own = reshaped(&[h], Delimiter::Spaces, &[]);
+        cells(&own, b'\t').count()
+    });
+    let ragged = widths.iter().skip(first).flatten().any(|w| *w < way.columns);
+    let wordy = tokens > way.columns && header.is_some_and(|h| uncomment(h).is_none());
+    if !ragged && !wordy {
+        return None;
+    }
+    let cell_ends = find_cell_ends(&rows, header.filter(|_| wordy))?;
+    (cell_ends.len() + 1 == way.columns).then(|| Way {
+        delimiter: Delimiter::FixedWidth,
+        cell_ends,
+        ..way.clone()
+    })
+}
+
+/// Where the table of numbers begins, and its number of cells there: with the most frequent number, or
+/// with a run of another one before.
+fn first_row(lines: &[&[u8]], delimiter: u8, way: &Way) -> Option<(usize, usize)> {
+    let widths: Vec<Option<usize>> = lines
+        .iter()
+        .map(|line| data_cells(line, delimiter, way.remarks))
+        .collect();
+    let most = widths.iter().position(|w| *w == Some(way.columns))?;
+    let run = (0..most).find(|i| {
+        let rows = widths.get(*i..*i + MIN_TABLE_ROWS).unwrap_or_default();
+        let first = rows.first().copied().flatten();
+        first.is_some_and(|n| n >= 2) && rows.iter().all(|w| *w == first)
+    });
+    match run {
+        Some(i) => Some((i, widths.get(i).copied().flatten()?)),
+        None => Some((most, way.columns)),
+    }
+}
+
+/// Looks at the beginning of a file, and at parts of its middle and end. With `cut` the beginning is
+/// not all of it.
+pub(super) fn look(
+    file: &str,
+    head: &[u8],
+    cut: bool,
+    probes: &[&[u8]],
+) -> Result<Preview, ImportError> {
+    let decoded = decode(head, None, cut);
+    let text = Text::new(file, &decoded.bytes)?;
+    // The last line of a longer file is cut in the middle: leave it out.
     let whole = if cut {
         let end = text.bytes.iter().rposition(|b| *b == text.newline);
-        &text.bytes[..end.map_or(text.bytes.len(), |p| p + 1)]
+        text.bytes.get(..end.map_or(text.bytes.len(), |p| p + 1)).unwrap_or_default()
     } else {
         text.bytes
     };
     text.check(file, 0..whole.len(), 1)?;
-    let lines: Vec<&[u8]> = text.split(whole).take(MAX_LINES).collect();
-
+    let raw: Vec<&[u8]> = text.split(whole).take(MAX_LINES).collect();
     // The first and last line of a probe are parts of lines.
-    let mut sample = lines.clone();
-    for probe in probes {
-        let inner: Vec<&[u8]> = text.split(probe).collect();
-        sample.extend(
-            inner
-                .get(1..inner.len().saturating_sub(1))
-                .unwrap_or_default(),
-        );
+    let mut sample = raw.clone();
+    if decoded.from.is_none() {
+        for probe in probes {
+            let inner: Vec<&[u8]> = text.split(probe).collect();
+            let whole = inner.get(1..inner.len().saturating_sub(1));
+            sample.extend(whole.unwrap_or_default());
+        }
     }
     let no_numbers = || ImportError::NoNumbers {
         file: file.into(),
-        line: 1 + lines
-            .iter()
-            .position(|l| !l.trim_ascii().is_empty())
-            .unwrap_or(0),
+        line: 1 + raw.iter().position(|l| !l.trim_ascii().is_empty()).unwrap_or(0),
     };
-    // Rows with remarks in them only where there are none without.
-    let (way, columns, remarks) = [false, true]
-        .into_iter()
-        .find_map(|remarks| best_way(&sample, remarks).map(|(way, n)| (way, n, remarks)))
-        .ok_or_else(no_numbers)?;
-    let delimiter = way.0.byte();
-    let is_data = |line: &[u8]| data_cells(line, way, remarks) == Some(columns);
-    let first_data = lines
-        .iter()
-        .position(|line| is_data(line))
-        .ok_or_else(no_numbers)?;
-    let heading = find_header_line(&lines[..first_data], delimiter, columns);
+    let mut way = best_way(&sample).ok_or_else(no_numbers)?;
+    if way.delimiter == Delimiter::Spaces
+        && let Some(fixed) = fixed_width(&raw, &way)
+    {
+        way = fixed;
+    }
+    let scope = scopes::recognise(&Head { lines: &raw });
+    let shaped = reshaped(&sample, way.delimiter, &way.cell_ends);
+    let sample: Vec<&[u8]> = shaped.split(|b| *b == b'\n').collect();
+    let lines = sample.get(..raw.len()).unwrap_or(&sample);
+    let start = first_row(lines, way.delimiter.byte(), &way).ok_or_else(no_numbers)?;
+    let table = Table {
+        file,
+        raw: &raw,
+        lines,
+        sample: &sample,
+        way: &way,
+        first: start.0,
+        columns: start.1,
+    };
+    let mut preview = table.preview(scope)?;
+    if decoded.guessed {
+        preview.settings.encoding = decoded.from;
+    }
+    Ok(preview)
+}
 
-    let mut settings = ImportSettings {
-        delimiter: way.0,
-        decimal: way.1,
-        skip_lines: heading.as_ref().map_or(first_data, |h| h.next_line),
-        ..ImportSettings::default()
-    };
-    let assumed = assumed_displacement(&lines[first_data..], way, columns);
-    let (named, line) = match &heading {
-        Some(h) => (h.cells.clone(), h.line + 1),
-        None => (Vec::new(), first_data + 1),
-    };
-    // One name per two cells: "0,001;..." written with commas for both purposes.
-    if way.0 == Delimiter::Comma && named.len() >= 2 && columns == 2 * named.len() {
-        return Err(ImportError::AmbiguousComma {
-            file: file.into(),
-            line: first_data + 1,
-            cells: columns,
-            names: named.len(),
+/// A file's lines, divided into cells.
+struct Table<'a> {
+    file: &'a str,
+    /// Lines as they are in the file.
+    raw: &'a [&'a [u8]],
+    /// The same with one byte between cells.
+    lines: &'a [&'a [u8]],
+    /// The same with lines from the middle and the end of the file.
+    sample: &'a [&'a [u8]],
+    way: &'a Way,
+    /// Index of the first row of numbers.
+    first: usize,
+    /// Number of its cells.
+    columns: usize,
+}
+
+impl Table<'_> {
+    fn header(&self, scope: Option<&ScopeHeader>) -> Option<HeaderLine> {
+        let plain = |cells: Vec<String>, line: usize, next_line: usize| HeaderLine {
+            line,
+            next_line,
+            cells,
+            labels: Vec::new(),
+            unknown_units: Vec::new(),
+        };
+        if let Some(scope) = scope {
+            // usize::MAX: the preamble stands beside the rows.
+            let next = scope.last_line.checked_add(1).unwrap_or(0);
+            return Some(plain(scope.cells.clone(), next.saturating_sub(1), next));
+        }
+        if self.way.delimiter == Delimiter::Labels {
+            let found = self.raw.iter().find_map(|line| labels(line))?;
+            let cell = |bytes: &[u8]| show(bytes);
+            let cells = found.iter().map(|label| match label.unit {
+                b"" => cell(label.name),
+                unit => format!("{} [{}]", cell(label.name), cell(unit)),
+            });
+            return Some(plain(cells.collect(), self.first, self.first));
+        }
+        let before = self.lines.get(..self.first).unwrap_or_default();
+        find_header_line(before, self.way.delimiter.byte(), self.columns)
+    }
+
+    fn preview(&self, scope: Option<ScopeHeader>) -> Result<Preview, ImportError> {
+        let (file, way) = (self.file, self.way);
+        let delimiter = way.delimiter.byte();
+        let heading = self.header(scope.as_ref());
+        let named = heading.as_ref().map_or_else(Vec::new, |h| h.cells.clone());
+        // One name per two cells: "0,001;..." written with commas for both purposes.
+        if way.delimiter == Delimiter::Comma && named.len() >= 2 && self.columns == 2 * named.len() {
+            return Err(ImportError::AmbiguousComma {
+                file: file.into(),
+                line: self.first + 1,
+                cells: self.columns,
+                names: named.len(),
+            });
+        }
+        let skip_lines = heading.as_ref().map_or(self.first, |h| h.next_line);
+        let header_line = heading.as_ref().map_or(skip_lines, |h| h.line);
+        let comments: Vec<String> = self
+            .raw
+            .get(..header_line.min(self.raw.len()))
+            .unwrap_or_default()
+            .iter()
+            .filter(|line| !line.trim_ascii().is_empty())
+            .map(|line| show(uncomment(line).unwrap_or(line)))
+            .collect();
+        let rows: Vec<&[u8]> = self
+            .sample
+            .iter()
+            .skip(skip_lines)
+            .copied()
+            .filter(|line| !is_skipped(line, delimiter))
+            .collect();
+        let count = self.columns.max(named.len()).max(way.columns);
+        // The time is judged by rows that follow each other.
+        let head_rows = rows.get(..rows.len().min(self.lines.len())).unwrap_or(&rows);
+        let (_, evidence) = sample::columns(&rows, delimiter, count, Decimal::Point);
+        let decimal = certain_decimal(&evidence).unwrap_or_default();
+        let (samples, _) = sample::columns(head_rows, delimiter, count, decimal);
+        let mut settings = ImportSettings {
+            delimiter: way.delimiter,
+            cell_ends: way.cell_ends.clone(),
+            decimal,
+            skip_lines,
+            ..ImportSettings::default()
+        };
+        let facts = TableFacts {
+            file,
+            line: heading.as_ref().map_or(self.first, |h| h.line) + 1,
+            samples: &samples,
+            clock: scope
+                .as_ref()
+                .and_then(|s| s.clock)
+                .or_else(|| header_clock::find(&comments)),
+            unknown_units: heading.as_ref().map_or(&[], |h| &h.unknown_units),
+            is_si: scope.as_ref().is_some_and(|s| s.is_si),
+        };
+        let mut mapping = match &heading {
+            Some(h) => map_header(&facts, &named, &h.labels, &mut settings),
+            None => map_by_count(&facts, self.columns, &mut settings),
+        };
+        self.ask_decimal(&evidence, &settings, &mut mapping);
+        let shown = rows.iter().take(SHOWN_ROWS).map(|line| show_row(line, delimiter));
+        Ok(Preview {
+            name: visible(file),
+            size: 0,
+            written_by: scope.map(|s| s.maker.to_owned()),
+            comments,
+            columns: count,
+            rows: shown.collect(),
+            header: named,
+            settings,
+            ambiguities: mapping.ambiguities,
+            warnings: mapping.warnings,
+            trials: mapping
+                .trials
+                .into_iter()
+                .map(|t| Trial {
+                    name: t.name,
+                    columns: Some(t.choices),
+                })
+                .collect(),
+            questions: mapping.questions,
+            samples,
+        })
+    }
+
+    /// Asks for the decimal mark where the cells of a column that is read allow both.
+    fn ask_decimal(&self, evidence: &[Evidence], settings: &ImportSettings, mapping: &mut Mapping) {
+        let others = certain_decimal(evidence);
+        let chosen = [
+            &settings.time,
+            &settings.voltage,
+            &settings.proof_mass,
+            &settings.cantilever,
+        ];
+        let open = chosen.into_iter().flatten().find(|choice| {
+            let own = evidence.get(choice.index);
+            own.is_some_and(|own| {
+                matches!(own.judge(others, settings.decimal), Verdict::Open(_))
+            })
+        });
+        let Some(choice) = open else { return };
+        let question = format!(
+            "in column {} a point or a comma stands before three digits in each number: a decimal mark, or one between thousands",
+            choice.index + 1
+        );
+        let error = ImportError::Undecided {
+            file: self.file.into(),
+            line: self.first + 1,
+            question: question.clone().into(),
+            options: "--decimal point or --decimal comma".into(),
+        };
+        mapping.ambiguities.push(question);
+        mapping.questions.push(Question {
+            topic: Topic::Decimal,
+            error,
         });
     }
-    let mapping = if named.is_empty() {
-        header::map_by_count(file, line, columns, assumed, &mut settings)
-    } else {
-        header::map_header(file, line, &named, assumed, &mut settings)
-    };
-    let heading_line = heading.as_ref().map_or(settings.skip_lines, |h| h.line);
-    let comments = lines[..heading_line]
-        .iter()
-        .filter(|line| !line.trim_ascii().is_empty())
-        .map(|line| show(uncomment(line).unwrap_or(line)))
-        .collect();
-    let shown = lines[settings.skip_lines..]
-        .iter()
-        .filter(|line| !is_skipped(line, delimiter))
-        .take(SHOWN_ROWS)
-        .map(|line| show_row(line, delimiter))
-        .collect();
-    Ok(Preview {
-        name: visible(file),
-        size: 0,
-        comments,
-        columns: columns.max(named.len()),
-        header: named,
-        rows: shown,
-        settings,
-        ambiguities: mapping.ambiguities,
-        warnings: mapping.warnings,
-        problem: mapping.problem,
-    })
 }
 
-/// The unit of a displacement that names none: metres, unless the numbers would be
-/// absurd for it (centimetres at more than 1 kHz), then micrometres.
-fn assumed_displacement(
-    lines: &[&[u8]],
-    way: (Delimiter, Decimal),
-    columns: usize,
-) -> &'static str {
-    let comma = way.1 == Decimal::Comma;
-    let numbers = |line: &&[u8]| -> Vec<f64> {
-        cells(line, way.0.byte())
-            .map(|cell| number::cell(cell, comma, 0))
-            .collect()
-    };
-    let table: Vec<Vec<f64>> = lines.iter().take(MAX_LINES).map(numbers).collect();
-    let time: Vec<f64> = table
-        .iter()
-        .filter_map(|r| r.first().copied())
-        .filter(|t| t.is_finite())
-        .collect();
-    let interval = crate::recording::median_interval(&time);
-    let column = columns.saturating_sub(1).min(2);
-    let largest = table
-        .iter()
-        .filter_map(|r| r.get(column).copied())
-        .fold(0.0, |m: f64, x| m.max(x.abs()));
-    if largest >= 1e-2 && interval < 1e-3 {
-        "um"
-    } else {
-        "m"
-    }
-}

@@ -23,3 +23,20 @@ mod short_number;
 mod stamp_jitter;
 #[cfg(test)]
 mod tests;
+
+use self::short_number::Interval;
+
+/// Largest relative difference between an interval and the short number that it stands for: the
+/// rounding of one division.
+const INTERVAL_ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// `count` times `interval` \[s\] apart, from 0: each rounded once where the interval or its inverse is a
+/// short number.
+pub(in crate::recording) fn even_times(interval: f64, count: usize) -> Vec<f64> {
+    let (low, high) = (
+        interval * (1.0 - INTERVAL_ROUNDING),
+        interval * (1.0 + INTERVAL_ROUNDING),
+    );
+    let clock = Interval::within(low, high);
+    (0..count as u64).map(|i| clock.times(i)).collect()
+}

@@ -9,6 +9,8 @@ pub(in crate::recording) struct Printed {
     pub most_digits: u64,
     /// Power of ten of the file's unit of time.
     pub unit: i32,
+    /// A further factor of the unit, which is no power of ten (60 for minutes).
+    pub factor: f64,
 }
 
 impl Printed {
@@ -17,6 +19,7 @@ impl Printed {
         last_place: i32::MAX,
         most_digits: 0,
         unit: 0,
+        factor: 1.0,
     };
 
     /// Takes note of a number: `digits` is the integer that its digits make, and `place` the power of
@@ -59,6 +62,8 @@ pub(super) struct Rounding {
     significant: bool,
     /// Power of ten of the file's unit.
     unit: i32,
+    /// A further factor of the unit.
+    factor: f64,
     /// Rounding of the arithmetic here \[s\].
     arithmetic: f64,
 }
@@ -69,14 +74,16 @@ impl Rounding {
     pub(super) fn new(precision: Precision, from: f64, printed: Printed, largest: f64) -> Self {
         let digits = printed.most_digits.checked_ilog10().map_or(1, |d| d + 1) as i32;
         let place = printed.last_place.saturating_add(printed.unit);
-        let top = largest.log10().floor() as i32;
+        let factor = printed.factor;
+        let top = (largest / factor).log10().floor() as i32;
         Self {
             precision,
             from,
-            places: 0.5 * 10f64.powi(place),
+            places: 0.5 * 10f64.powi(place) * factor,
             digits,
             significant: top - digits + 1 > place,
             unit: printed.unit,
+            factor,
             arithmetic: 2.0 * spacing(largest),
         }
     }
@@ -88,7 +95,7 @@ impl Rounding {
             // Half a step when it was stored, in the file's unit, and as much again when it was
             // written with the fewest digits that identify it.
             Precision::Single => {
-                let unit = 10f64.powi(self.unit);
+                let unit = 10f64.powi(self.unit) * self.factor;
                 single_spacing((t + self.from) / unit) * unit
             }
         };
@@ -99,8 +106,8 @@ impl Rounding {
     fn printed(&self, t: f64) -> f64 {
         let mut printed = self.places;
         if self.significant && t != 0.0 {
-            let top = t.abs().log10().floor() as i32;
-            printed = printed.max(0.5 * 10f64.powi(top - self.digits + 1));
+            let top = (t.abs() / self.factor).log10().floor() as i32;
+            printed = printed.max(0.5 * 10f64.powi(top - self.digits + 1) * self.factor);
         }
         printed
     }
@@ -111,7 +118,7 @@ impl Rounding {
         if self.precision == Precision::Digits {
             return true;
         }
-        let unit = 10f64.powi(self.unit);
+        let unit = 10f64.powi(self.unit) * self.factor;
         time.iter().all(|t| {
             let whole = t + self.from;
             let single = (whole / unit) as f32;

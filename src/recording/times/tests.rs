@@ -33,6 +33,7 @@ const PRINTED: Printed = Printed {
     last_place: -9,
     most_digits: 999_999_999,
     unit: 0,
+    factor: 1.0,
 };
 
 fn kind(time: &[f64], readings: &[f64]) -> Option<WarningKind> {

@@ -2,10 +2,13 @@
 //! to the text: `58.1` in um is read as `58.1e-6`, not as `58.1 * 1e-6`, so that a
 //! written file comes back bit for bit.
 
+pub(super) mod calendar;
+pub(super) mod marks;
 pub(super) mod relative_time;
 
 use std::borrow::Cow;
 
+use self::marks::Marks;
 use crate::recording::times::correct_rounding::quickly_rounded;
 
 /// Largest mantissa that takes another digit without leaving a `u64`.
@@ -116,10 +119,11 @@ impl Mantissa {
     }
 }
 
-/// The exponent written as `e-3` at `at` (0 if there is none), and where the number ends.
+/// The exponent written as `e-3` or `D-3` at `at` (0 if there is none), and where the number ends.
 #[inline]
 fn written_exponent(bytes: &[u8], at: usize) -> (i32, usize) {
-    let Some(b'e' | b'E') = bytes.get(at) else {
+    // D: double precision in Fortran.
+    let Some(b'e' | b'E' | b'd' | b'D') = bytes.get(at) else {
         return (0, at);
     };
     let (down, first) = sign(bytes, at + 1);
@@ -197,6 +201,24 @@ pub(super) fn cell(text: &[u8], comma: bool, shift: i32) -> f64 {
     }
 }
 
+/// A whole cell as a number times `10^shift` with the marks of its column; NaN if it is anything else.
+pub(super) fn cell_with(text: &[u8], marks: Marks, shift: i32) -> f64 {
+    let cell = PlainCell::of(text, false);
+    let Some(plain) = marks.plain(&cell.text) else {
+        return f64::NAN;
+    };
+    match prefix(&plain, false, shift) {
+        Some((value, taken)) if taken == plain.len() && value.is_finite() => {
+            if cell.negative {
+                -value
+            } else {
+                value
+            }
+        }
+        _ => f64::NAN,
+    }
+}
+
 /// A cell without what surrounds its number.
 struct PlainCell<'a> {
     text: Cow<'a, [u8]>,
@@ -262,20 +284,49 @@ fn without_thousands_marks(text: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(plain)
 }
 
-/// Whether a cell is a number (`Some(true)`), one of the ways to say that there is
-/// none (`Some(false)`), or other text (`None`). `comma` as in [`prefix`].
-pub(super) fn looks_numeric(text: &[u8], comma: bool) -> Option<bool> {
-    const MISSING_VALUES: [&[u8]; 10] = [
-        b"", b"\"\"", b"nan", b"n/a", b"na", b"null", b"none", b"-", b"inf", b"-inf",
+/// Readings beyond this are what instruments write for an overrange (`9.9E+37` of SCPI, `9.91E37` for
+/// "not a number").
+pub(super) const OVERRANGE: f64 = 9e36;
+
+/// Whether a cell says that the reading was out of range.
+pub(super) fn is_overrange(text: &[u8]) -> bool {
+    const WORDS: [&str; 13] = [
+        "inf", "infinity", "\u{221e}", "ol", "o.l", "o.l.", "ovl", "ovld", "over", "overload",
+        "overflow", "overrange", "1.#inf",
     ];
-    if cell(text, comma, 0).is_finite() {
+    let word = String::from_utf8_lossy(text.trim_ascii()).to_lowercase();
+    let word = word.trim_matches('"').trim();
+    let unsigned = word.trim_start_matches(['-', '+', '\u{2212}', '>', '<']);
+    if unsigned.is_empty() {
+        // Dashes fill the display; one alone is a missing value.
+        return word.len() >= 2 && word.bytes().all(|b| b == b'-');
+    }
+    let stars = unsigned.len() >= 2 && unsigned.bytes().all(|b| b == b'*');
+    stars || WORDS.contains(&unsigned) || cell(unsigned.as_bytes(), false, 0) >= OVERRANGE
+}
+
+/// Whether a cell is a number, with any marks.
+pub(super) fn is_number(text: &[u8]) -> bool {
+    let convention = |decimal, thousands| {
+        let marks = Marks { decimal, thousands };
+        cell_with(text, marks, 0).is_finite()
+    };
+    convention(b'.', Some(b',')) || convention(b',', Some(b'.'))
+}
+
+/// Whether a cell is a number (`Some(true)`), one of the ways to say that there is none
+/// (`Some(false)`), or other text (`None`).
+pub(super) fn looks_numeric(text: &[u8]) -> Option<bool> {
+    const MISSING_VALUES: [&[u8]; 14] = [
+        b"", b"\"\"", b"nan", b"n/a", b"na", b"null", b"none", b"-", b"#n/a", b"#value!", b"?",
+        b"1.#qnan", b"-1.#ind", b"nan(ind)",
+    ];
+    if is_number(text) {
         return Some(true);
     }
     let word = text.trim_ascii();
-    MISSING_VALUES
-        .iter()
-        .any(|m| word.eq_ignore_ascii_case(m))
-        .then_some(false)
+    let missing = MISSING_VALUES.iter().any(|m| word.eq_ignore_ascii_case(m));
+    (missing || is_overrange(word)).then_some(false)
 }
 
 #[cfg(test)]
@@ -295,6 +346,7 @@ mod tests {
         assert_eq!(read("5.", 0), 5.0);
         assert_eq!(read(" 1e-3 ", -3), 1e-6);
         assert_eq!(read("1E+05", 0), 1e5);
+        assert_eq!(read("1.5D-03", 0), 1.5e-3);
         assert_eq!(read("\u{2212}3", 0), -3.0);
         assert_eq!(read("\"1,5\"", 0), 1.5);
         assert_eq!(cell(b"1,5", true, 0), 1.5);
@@ -323,6 +375,17 @@ mod tests {
     }
 
     #[test]
+    fn overrange_marks_are_known() {
+        for text in ["9.9E+37", "-9.91e37", "OL", "-OL", "----", "inf", "-\u{221e}", "***", "\"Over\""] {
+            assert!(is_overrange(text.as_bytes()), "{text}");
+            assert!(looks_numeric(text.as_bytes()).is_some(), "{text}");
+        }
+        for text in ["", "-", "nan", "1e30", "12", "overall"] {
+            assert!(!is_overrange(text.as_bytes()), "{text}");
+        }
+    }
+
+    #[test]
     fn anything_else_is_missing() {
         for text in [
             "",
@@ -336,7 +399,6 @@ mod tests {
             "nan",
             "inf",
             "--1",
-            "1 2",
             "0x10",
             "1e",
             "\u{2212}-3",

@@ -1,5 +1,6 @@
 //! Times as digits, counted from the first row before anything is rounded.
 
+use super::marks::Marks;
 use super::{Mantissa, PlainCell, digit, sign, written_exponent};
 use crate::recording::times::correct_rounding::rounded;
 use crate::recording::times::exact_time::ExactTime;
@@ -132,6 +133,15 @@ pub(in crate::recording::csv) fn cell(
     signed.extend_from_slice(&cell.text);
     let (time, taken) = prefix(&signed, cell.comma, shift, zero)?;
     (taken == signed.len()).then_some(time)
+}
+
+/// A time as decimal text with the marks of its column, without what surrounds it; `None` if the marks
+/// are others.
+pub(in crate::recording::csv) fn plain_text(text: &[u8], marks: Marks) -> Option<Vec<u8>> {
+    let cell = PlainCell::of(text, false);
+    let plain = marks.plain(&cell.text)?;
+    let sign: &[u8] = if cell.negative { b"-" } else { b"" };
+    Some([sign, &plain].concat())
 }
 
 /// A whole cell with all its digits, in the unit of the file; `None` if it is not a number that is

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use super::{auto, fails, kinds};
-use crate::recording::Channel;
+use crate::recording::{Channel, ImportError, ImportWarning, Recording, WarningKind};
 use crate::recording::csv::*;
 
 /// A file of these times, with a motion.

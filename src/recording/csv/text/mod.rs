@@ -1,5 +1,7 @@
-//! Bytes that are text: reading the file, and one clear error for each way of not
-//! being UTF-8 text.
+//! Bytes that are text: reading the file, its encoding, and rows without a delimiter.
+
+pub(super) mod encoding;
+pub(super) mod reshape;
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -24,6 +26,16 @@ pub(super) fn short_name(path: &Path) -> String {
         |name| name.to_string_lossy().into_owned(),
     );
     visible(&name)
+}
+
+/// What ends the lines of `bytes`.
+pub(super) fn newline_of(bytes: &[u8]) -> u8 {
+    let head = &bytes[..bytes.len().min(HEAD_BYTES)];
+    if head.contains(&b'\n') || !head.contains(&b'\r') {
+        b'\n'
+    } else {
+        b'\r'
+    }
 }
 
 /// Opens an ordinary file; returns it with its size.
@@ -78,59 +90,29 @@ pub(super) fn read_file(path: &Path, progress: Option<&Progress>) -> Result<Vec<
     }
 }
 
-/// Text whose head has been checked: no byte-order mark, its line end known.
+/// Text in UTF-8 whose head has been checked: no byte-order mark, its line end known.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Text<'a> {
-    /// The bytes after a UTF-8 mark.
+    /// The bytes.
     pub bytes: &'a [u8],
     /// `\n`, or `\r` for files of old.
     pub newline: u8,
-    /// Bytes of the mark, for offsets in messages.
-    mark: usize,
 }
 
 impl<'a> Text<'a> {
-    /// Looks at the head of `bytes`; the rest is checked by [`Text::check`] as it is
-    /// read.
+    /// Looks at the head of `bytes`, which are decoded; the rest is checked by [`Text::check`] as it
+    /// is read.
     pub(super) fn new(file: &str, bytes: &'a [u8]) -> Result<Self, ImportError> {
         let file = || FileText::from(file);
-        if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-            return Err(ImportError::Utf16 { file: file() });
-        }
-        let mark = if bytes.starts_with(&[0xef, 0xbb, 0xbf]) {
-            3
-        } else {
-            0
-        };
-        let text = &bytes[mark..];
-        if text.iter().all(u8::is_ascii_whitespace) {
+        if bytes.iter().all(u8::is_ascii_whitespace) {
             return Err(ImportError::Empty { file: file() });
         }
-        let head = &text[..text.len().min(HEAD_BYTES)];
-        // Western text in UTF-16 without a mark: every other byte is zero.
-        let zeros = |parity: usize| {
-            head.iter()
-                .skip(parity)
-                .step_by(2)
-                .filter(|b| **b == 0)
-                .count()
-        };
-        let (even, odd) = (zeros(0), zeros(1));
-        let (most, least) = (even.max(odd), even.min(odd));
-        if head.len() >= 8 && most * 4 > head.len() && least * 20 < head.len() {
-            return Err(ImportError::Utf16 { file: file() });
-        }
+        let head = &bytes[..bytes.len().min(HEAD_BYTES)];
         // 0x1a is the end mark that DOS programs left.
         let control = |b: &u8| *b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0c | 0x1a);
-        let newline = if head.contains(&b'\n') || !head.contains(&b'\r') {
-            b'\n'
-        } else {
-            b'\r'
-        };
         let text = Text {
-            bytes: text,
-            newline,
-            mark,
+            bytes,
+            newline: newline_of(bytes),
         };
         let found = head.iter().filter(|b| control(b)).count();
         if found * 100 > head.len()
@@ -141,8 +123,7 @@ impl<'a> Text<'a> {
         Ok(text)
     }
 
-    /// Checks that `bytes[range]` is UTF-8 without zero bytes; `first_line` is the
-    /// line number of its start.
+    /// Checks that `bytes[range]` has no zero bytes; `first_line` is the line number of its start.
     pub(super) fn check(
         &self,
         file: &str,
@@ -150,31 +131,10 @@ impl<'a> Text<'a> {
         first_line: usize,
     ) -> Result<(), ImportError> {
         let start = range.start;
-        let part = &self.bytes[range];
-        if let Some(at) = part
-            .iter()
-            .position(|b| *b == 0)
-            .filter(|_| part.contains(&0))
-        {
-            return Err(self.binary(file.into(), start + at, first_line, start));
+        match memchr::memchr(0, &self.bytes[range]) {
+            Some(at) => Err(self.binary(file.into(), start + at, first_line, start)),
+            None => Ok(()),
         }
-        let Err(error) = std::str::from_utf8(part) else {
-            return Ok(());
-        };
-        let at = error.valid_up_to();
-        let before = &part[..at];
-        let line_start = before
-            .iter()
-            .rposition(|b| *b == self.newline)
-            .map_or(0, |p| p + 1);
-        Err(ImportError::NotUtf8 {
-            file: file.into(),
-            line: first_line + self.lines(before),
-            column: 1 + String::from_utf8_lossy(&before[line_start..])
-                .chars()
-                .count(),
-            byte: part.get(at).copied().unwrap_or_default(),
-        })
     }
 
     /// The error for the binary byte at `at`, lines counted from `from` on.
@@ -182,7 +142,7 @@ impl<'a> Text<'a> {
         ImportError::Binary {
             file,
             line: first_line + self.lines(&self.bytes[from..at]),
-            offset: self.mark + at,
+            offset: at,
             byte: self.bytes.get(at).copied().unwrap_or_default(),
         }
     }

@@ -1,0 +1,241 @@
+//! What a header says: names and units to columns.
+
+pub(super) mod header_clock;
+pub(super) mod header_line;
+pub(super) mod names;
+pub(super) mod sample;
+mod search;
+pub(super) mod trials;
+pub(super) mod units;
+
+use self::names::{Column, Role};
+use self::sample::ColumnSample;
+use self::search::ColumnSearch;
+use self::trials::TrialColumns;
+use super::settings::{ImportSettings, SampleClock};
+use crate::recording::error::{ImportError, ImportWarning, WarningKind};
+
+/// What a question is about, so that an answer is known for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Topic {
+    /// The column of a role.
+    Column(Role),
+    /// Its unit.
+    Unit(Role),
+    /// What a unit of another quantity stands for.
+    Scale(Role),
+    /// The sampling rate.
+    Clock,
+    /// Which recording of several.
+    Trial,
+    /// The decimal mark.
+    Decimal,
+    /// Something that no option decides.
+    File,
+}
+
+/// Something that the file leaves open.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Question {
+    pub topic: Topic,
+    pub error: ImportError,
+}
+
+/// What was made of a header.
+#[derive(Debug, Default)]
+pub(super) struct Mapping {
+    pub warnings: Vec<ImportWarning>,
+    /// What a person should confirm.
+    pub ambiguities: Vec<String>,
+    /// What must be decided before the file is read.
+    pub questions: Vec<Question>,
+    /// Recordings side by side; none if there is one.
+    pub trials: Vec<TrialColumns>,
+}
+
+impl Mapping {
+    fn warn(&mut self, kind: WarningKind, line: Option<usize>, message: String) {
+        self.warnings
+            .push(ImportWarning::new(kind, 1, line, &message));
+    }
+
+    /// A guess that a person should confirm and that is said otherwise.
+    fn guess(&mut self, kind: WarningKind, line: usize, message: String) {
+        self.ambiguities.push(message.clone());
+        self.warn(kind, Some(line), message);
+    }
+
+    /// Something that must be decided.
+    fn ask(&mut self, topic: Topic, error: ImportError, short: String) {
+        self.ambiguities.push(short);
+        self.questions.push(Question { topic, error });
+    }
+}
+
+/// What is known of a table besides its names.
+pub(super) struct TableFacts<'a> {
+    pub file: &'a str,
+    /// Line of the header, or of the first row.
+    pub line: usize,
+    pub samples: &'a [ColumnSample],
+    /// Sampling clock that the lines above name.
+    pub clock: Option<SampleClock>,
+    /// Units of the header's second row that are unknown, with their columns.
+    pub unknown_units: &'a [(usize, String)],
+    /// Whether lengths and times without a unit are SI: the program that wrote the file says no units.
+    pub is_si: bool,
+}
+
+/// Finds the columns in the header `cells` and writes them into `settings`.
+pub(super) fn map_header(
+    facts: &TableFacts,
+    cells: &[String],
+    labels: &[String],
+    settings: &mut ImportSettings,
+) -> Mapping {
+    let columns: Vec<Column> = cells.iter().map(|cell| Column::of(cell)).collect();
+    let mut mapping = Mapping::default();
+    for (column, unit) in facts.unknown_units {
+        let message = format!(
+            "the unit \"{unit}\" of column {} is not known; the units of the other columns are used",
+            column + 1
+        );
+        mapping.warn(WarningKind::IgnoredColumn, Some(facts.line), message);
+    }
+    let groups = trials::groups(&columns, labels);
+    let Some((first, _)) = groups.split_first() else {
+        let every: Vec<usize> = (0..columns.len()).collect();
+        ColumnSearch::new(facts, cells, &columns, &every, &mut mapping).run(settings);
+        return mapping;
+    };
+    // Each recording has its own columns; what is said of the first holds for all.
+    for (i, group) in groups.iter().enumerate() {
+        let mut own = settings.clone();
+        let mut found = Mapping::default();
+        ColumnSearch::new(facts, cells, &columns, &group.columns, &mut found).run(&mut own);
+        if i == 0 {
+            mapping.warnings.append(&mut found.warnings);
+            mapping.ambiguities.append(&mut found.ambiguities);
+            mapping.questions.append(&mut found.questions);
+            *settings = own.clone();
+        }
+        mapping.trials.push(TrialColumns {
+            name: group.name.clone(),
+            choices: Role::ALL.map(|role| role.of(&own).cloned()),
+        });
+    }
+    let names: Vec<&str> = groups.iter().map(|g| g.name.as_str()).collect();
+    let error = several(facts.file, &names);
+    let short = format!(
+        "there are {} recordings side by side; the first (\"{}\") is chosen",
+        groups.len(),
+        first.name
+    );
+    mapping.ask(Topic::Trial, error, short);
+    mapping
+}
+
+/// Names shown in a message.
+const MAX_SHOWN_NAMES: usize = 12;
+
+/// The error for a file with several recordings.
+pub(super) fn several(file: &str, names: &[&str]) -> ImportError {
+    let mut shown: Vec<String> = names
+        .iter()
+        .take(MAX_SHOWN_NAMES)
+        .enumerate()
+        .map(|(i, name)| format!("{}: {}", i + 1, shortened(name)))
+        .collect();
+    if names.len() > shown.len() {
+        shown.push("...".to_owned());
+    }
+    ImportError::SeveralRecordings {
+        file: file.into(),
+        count: names.len(),
+        names: shown.join(", ").into(),
+    }
+}
+
+fn shortened(name: &str) -> String {
+    name.trim().chars().take(40).collect()
+}
+
+/// The header as a sentence shows it, cut if it is long.
+pub(super) fn found_names(cells: &[String]) -> String {
+    let mut names: Vec<String> = cells
+        .iter()
+        .take(MAX_SHOWN_NAMES)
+        .map(|cell| format!("\"{}\"", shortened(cell)))
+        .collect();
+    if cells.len() > names.len() {
+        names.push("...".to_owned());
+    }
+    names.join(", ")
+}
+
+/// Columns of a file without a header, by their number: t, x; t, V, xp; t, V, xp, xc. A file does not
+/// say which they are, so that a person is asked.
+pub(super) fn map_by_count(
+    facts: &TableFacts,
+    columns: usize,
+    settings: &mut ImportSettings,
+) -> Mapping {
+    let mut mapping = Mapping::default();
+    let (file, line) = (facts.file, facts.line);
+    if columns <= 1 {
+        let error = ImportError::NoPositionColumn {
+            file: file.into(),
+            line,
+            found: "a single column without a header".into(),
+        };
+        let topic = Topic::Column(Role::ProofMass);
+        mapping.ask(topic, error, "there is one column only".to_owned());
+        return mapping;
+    }
+    let roles: &[Role] = match columns {
+        2 => &[Role::Time, Role::ProofMass],
+        3 => &[Role::Time, Role::Voltage, Role::ProofMass],
+        _ => &Role::ALL,
+    };
+    let interval = facts.samples.first().map_or(f64::NAN, |s| s.step.abs());
+    let mut readings = Vec::new();
+    for (index, role) in roles.iter().enumerate() {
+        let sample = facts.samples.get(index);
+        let unit = match (role, sample) {
+            (Role::Time, Some(sample)) => sample.time_unit().unit(),
+            (Role::ProofMass | Role::Cantilever, Some(s)) => s.length_unit(interval).unit(),
+            _ => role.base(),
+        };
+        readings.push(format!("{} [{unit}]", role.symbol()));
+        let choice = super::settings::ColumnChoice::new(index, unit);
+        role.set(settings, Some(choice));
+    }
+    let short = format!(
+        "there is no header; the columns are taken as {}",
+        readings.join(", ")
+    );
+    let error = ImportError::Undecided {
+        file: file.into(),
+        line,
+        question: format!("there is no header that names the {columns} columns").into(),
+        options: "--column t=1 --column xp=3 --unit xp=um (and --column V=2), with the right numbers"
+            .into(),
+    };
+    let topic = Topic::Column(Role::Time);
+    mapping.ask(topic, error.clone(), short.clone());
+    mapping.questions.push(Question {
+        topic: Topic::Column(Role::ProofMass),
+        error,
+    });
+    mapping.warn(WarningKind::NoHeader, Some(line), short);
+    mapping
+}
+
+impl sample::Suggestion {
+    /// The unit.
+    pub(super) fn unit(self) -> &'static str {
+        match self {
+            sample::Suggestion::Clear(unit) | sample::Suggestion::Guess(unit) => unit,
+        }
+    }
+}

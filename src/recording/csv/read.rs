@@ -1,0 +1,641 @@
+//! The whole import of a text: decoding, rows in parallel, order in time, then the rules for time and
+//! gaps.
+
+use std::borrow::Cow;
+
+use sha2::{Digest, Sha256};
+
+use super::columns::sample::certain_decimal;
+use super::columns::several;
+use super::layout::{Layout, TIME_SLOT};
+use super::line;
+use super::number::marks::{Marks, Verdict};
+use super::number::relative_time::Zero;
+use super::order::{Counting, Order, analyse, sorted};
+use super::rows::{Part, Table, evidence, first_time};
+use super::settings::{Decimal, Encoding, ImportSettings, Quantity, TimeZero};
+use super::text::encoding::{Decoded, decode};
+use super::text::reshape::reshape;
+use super::text::{Progress, Text, newline_of};
+use super::truncated_line;
+use crate::model::unit::{counted, format_quantity};
+use crate::recording::assemble::{Columns, FileClock, Place, assemble};
+use crate::recording::error::{ImportError, ImportWarning, WarningKind};
+use crate::recording::integrate::integrate;
+use crate::recording::times::exact_time::ExactTime;
+use crate::recording::{Channel, Recording};
+
+/// Reads `bytes` as `settings` say; `warnings` are put first.
+pub(super) fn read(
+    file: &str,
+    bytes: &[u8],
+    settings: &ImportSettings,
+    mut warnings: Vec<ImportWarning>,
+    progress: Option<&Progress>,
+) -> Result<Recording, ImportError> {
+    settings.check(file)?;
+    let decoded = decode(bytes, settings.encoding, false);
+    say_encoding(&decoded, settings, &mut warnings);
+    let bytes_read = reshaped(decoded.bytes, settings);
+    let text = Text::new(file, &bytes_read)?;
+    let mut layout = Layout::new(file, settings)?;
+    let source = Source::new(file, &text, settings);
+    source.judge_marks(&mut layout, &mut warnings)?;
+
+    // The hash is of the same bytes but needs nothing of the parse: its own thread.
+    let (rows, hash) = std::thread::scope(|scope| {
+        let hash = scope.spawn(|| hex(&Sha256::digest(bytes)));
+        let rows = source.rows(&layout, progress, &mut warnings);
+        (rows, hash.join().ok())
+    });
+    let mut recording = source.recording(rows?, &layout, warnings)?;
+    recording.sha256 = hash;
+    Ok(recording)
+}
+
+/// Where each of the recordings below each other in a file begins: its name for a chooser.
+pub(super) fn stacked(
+    file: &str,
+    bytes: &[u8],
+    settings: &ImportSettings,
+) -> Result<Vec<String>, ImportError> {
+    settings.check(file)?;
+    let decoded = decode(bytes, settings.encoding, false);
+    let bytes_read = reshaped(decoded.bytes, settings);
+    let text = Text::new(file, &bytes_read)?;
+    let mut layout = Layout::new(file, settings)?;
+    let source = Source::new(file, &text, settings);
+    source.judge_marks(&mut layout, &mut Vec::new())?;
+    let (table, zero) = source.parse(source.part.clone(), None, &layout, None)?;
+    let order = source.order_of(&table, &layout, &zero);
+    Ok(source.names_of(&table, &layout, &order))
+}
+
+fn reshaped<'a>(bytes: Cow<'a, [u8]>, settings: &ImportSettings) -> Cow<'a, [u8]> {
+    let newline = newline_of(&bytes);
+    reshape(bytes, newline, settings.delimiter, &settings.cell_ends)
+}
+
+fn say_encoding(
+    decoded: &Decoded,
+    settings: &ImportSettings,
+    warnings: &mut Vec<ImportWarning>,
+) {
+    let mut warn = |count: usize, message: String| {
+        let kind = WarningKind::TextEncoding;
+        warnings.push(ImportWarning::new(kind, count, None, &message));
+    };
+    if let Some(encoding) = decoded.from.filter(|_| decoded.guessed && settings.encoding.is_none()) {
+        warn(
+            1,
+            format!(
+                "the text is not UTF-8; it is read as {} (--encoding names another)",
+                encoding.label()
+            ),
+        );
+    }
+    if decoded.malformed {
+        let name = decoded.from.unwrap_or(Encoding::Utf8).label();
+        warn(1, format!("some bytes are no characters of {name}"));
+    }
+    if decoded.zeros_cut > 0 {
+        let zeros = counted(decoded.zeros_cut, "zero byte");
+        warn(decoded.zeros_cut, format!("{zeros} at the end were cut off"));
+    }
+}
+
+/// The text of a file and what is to be read of it.
+struct Source<'a> {
+    file: &'a str,
+    text: &'a Text<'a>,
+    settings: &'a ImportSettings,
+    part: Part,
+}
+
+/// Rows in the order of time.
+struct Rows {
+    table: Table,
+    columns: [Option<Vec<f64>>; 4],
+    /// The instant in the file from which times count, in its unit.
+    zero: ExactTime,
+    /// Row of the table of each row; `None` if they are the same.
+    order: Option<Vec<usize>>,
+    /// Rows without a time that are no rows of numbers.
+    text_rows: usize,
+}
+
+impl<'a> Source<'a> {
+    fn new(file: &'a str, text: &'a Text<'a>, settings: &'a ImportSettings) -> Self {
+        let (start, first_line) = text.skip_lines(settings.skip_lines);
+        Self {
+            file,
+            text,
+            settings,
+            part: Part {
+                range: start..text.bytes.len(),
+                first_line,
+            },
+        }
+    }
+
+    /// The marks of the columns that are read, by all their cells.
+    fn judge_marks(
+        &self,
+        layout: &mut Layout,
+        warnings: &mut Vec<ImportWarning>,
+    ) -> Result<(), ImportError> {
+        let rows = &self.text.bytes[self.part.range.clone()];
+        // Only these can stand in a number that is not plain.
+        let sign = if layout.delimiter == b',' { b'"' } else { b',' };
+        let suspicious = memchr::memchr(sign, rows).is_some();
+        if !suspicious && self.settings.decimal == Decimal::Point {
+            return Ok(());
+        }
+        let found = evidence(self.text, self.part.range.clone(), layout.delimiter);
+        let others = certain_decimal(&found);
+        let mut is_plain = true;
+        let mut has_comma = false;
+        for (index, slots) in &layout.columns {
+            if slots.contains(&TIME_SLOT) && layout.is_clock {
+                continue;
+            }
+            let Some(own) = found.get(*index) else { continue };
+            let marks = match own.judge(others, self.settings.decimal) {
+                Verdict::Clear(marks) | Verdict::Open(marks) => marks,
+                Verdict::Mixed => return Err(self.mixed_marks(*index)),
+            };
+            if let Some(mark) = marks.thousands {
+                let message = format!(
+                    "column {}: a {} stands between thousands and a {} before decimals",
+                    index + 1,
+                    Marks::name(mark),
+                    Marks::name(marks.decimal),
+                );
+                let kind = WarningKind::ThousandsMarks;
+                warnings.push(ImportWarning::new(kind, 1, None, &message));
+            }
+            let quick = marks.thousands.is_none() && (marks.decimal == b'.' || layout.delimiter != b',');
+            is_plain &= quick;
+            has_comma |= marks.decimal == b',';
+            for slot in slots {
+                layout.slots[*slot].marks = marks;
+            }
+        }
+        layout.is_plain &= is_plain;
+        layout.comma = has_comma && layout.delimiter != b',';
+        Ok(())
+    }
+
+    fn mixed_marks(&self, index: usize) -> ImportError {
+        ImportError::Undecided {
+            file: self.file.into(),
+            line: self.part.first_line,
+            question: format!(
+                "column {} has numbers with a decimal point and numbers with a decimal comma",
+                index + 1
+            )
+            .into(),
+            options: "an export with one decimal mark".into(),
+        }
+    }
+
+    /// Parses a part; times count from `zero` if given, else from its first row.
+    fn parse(
+        &self,
+        part: Part,
+        zero: Option<ExactTime>,
+        layout: &Layout,
+        progress: Option<&Progress>,
+    ) -> Result<(Table, ExactTime), ImportError> {
+        let rows = &self.text.bytes[part.range.clone()];
+        let zero = match (self.settings.time_zero, zero) {
+            (TimeZero::FirstRow, Some(zero)) => zero,
+            (TimeZero::FirstRow, None) => first_time(rows, self.text, layout).unwrap_or_default(),
+            (TimeZero::File, _) => ExactTime::default(),
+        };
+        let from = Zero::new(zero.clone());
+        let table = Table::parse(self.file, self.text, part, layout, &from, progress)?;
+        Ok((table, zero))
+    }
+
+    /// What the order of the rows shows; times are not in the file's unit yet but in seconds.
+    fn order_of(&self, table: &Table, layout: &Layout, zero: &ExactTime) -> Order {
+        let slot = layout.slots[TIME_SLOT];
+        let time = table.columns[TIME_SLOT].as_deref().unwrap_or_default();
+        let counting = Counting {
+            origin: zero.clone().shifted(slot.shift).seconds(),
+            unit: 10f64.powi(slot.shift),
+            is_clock: layout.is_clock,
+        };
+        analyse(time, counting)
+    }
+
+    fn names_of(&self, table: &Table, layout: &Layout, order: &Order) -> Vec<String> {
+        let line = |row: usize| table.line_of(self.text, layout, row);
+        let name = |part: &std::ops::Range<usize>| {
+            let last = part.end.saturating_sub(1);
+            format!("lines {} to {}", line(part.start), line(last))
+        };
+        order.parts.iter().take(100).map(name).collect()
+    }
+
+    /// The rows, one recording, in the order of time.
+    fn rows(
+        &self,
+        layout: &Layout,
+        progress: Option<&Progress>,
+        warnings: &mut Vec<ImportWarning>,
+    ) -> Result<Rows, ImportError> {
+        let mut part = self.part.clone();
+        let rows = &self.text.bytes[part.range.clone()];
+        let cut = truncated_line::cut_last_line(rows, self.text, layout);
+        if let Some(at) = cut {
+            part.range.end = part.range.start + at;
+        }
+        let (mut table, mut zero) = self.parse(part.clone(), None, layout, progress)?;
+        if cut.is_some() {
+            let line = table.next_line;
+            let message =
+                format!("the last line ({line}) was cut off in the middle and is left out");
+            let kind = WarningKind::CutLastLine;
+            warnings.push(ImportWarning::new(kind, 1, Some(line), &message));
+        }
+        self.check_widths(&table, layout, warnings)?;
+        let mut order = self.order_of(&table, layout, &zero);
+        if order.parts.len() > 1 {
+            part = self.chosen_part(&table, layout, &order, part)?;
+            (table, zero) = self.parse(part.clone(), None, layout, progress)?;
+            order = self.order_of(&table, layout, &zero);
+        }
+        if let Some(row) = order.unit_change {
+            return Err(self.unit_changes(&table, layout, row));
+        }
+        if order.reversed {
+            let last = table.columns[TIME_SLOT]
+                .as_ref()
+                .and_then(|time| time.iter().rposition(|t| t.is_finite()));
+            let first = last.and_then(|row| table.exact_time_of(self.text, layout, row));
+            (table, zero) = self.parse(part, first, layout, progress)?;
+        }
+        Ok(self.in_order(table, zero, &order, warnings))
+    }
+
+    /// The bytes of the recording that is asked for.
+    fn chosen_part(
+        &self,
+        table: &Table,
+        layout: &Layout,
+        order: &Order,
+        whole: Part,
+    ) -> Result<Part, ImportError> {
+        let count = order.parts.len();
+        let Some(trial) = self.settings.trial else {
+            let names = self.names_of(table, layout, order);
+            let mut shown: Vec<&str> = names.iter().map(String::as_str).collect();
+            shown.resize(count, "");
+            return Err(several(self.file, &shown));
+        };
+        let no_such = || ImportError::NoSuchTrial {
+            file: self.file.into(),
+            trial,
+            count,
+        };
+        let at = trial.checked_sub(1).ok_or_else(no_such)?;
+        let rows = order.parts.get(at).ok_or_else(no_such)?;
+        let start = table.start_of(self.text, layout, rows.start).ok_or_else(no_such)?;
+        let end = if rows.end < table.rows {
+            table.start_of(self.text, layout, rows.end).ok_or_else(no_such)?.0
+        } else {
+            whole.range.end
+        };
+        Ok(Part {
+            range: start.0..end,
+            first_line: start.1,
+        })
+    }
+
+    fn unit_changes(&self, table: &Table, layout: &Layout, row: usize) -> ImportError {
+        let cell = |row: usize| {
+            let column = layout.time.unwrap_or(0);
+            table.cell_of(self.text, layout, row, column)
+        };
+        ImportError::TimeUnitChanges {
+            file: self.file.into(),
+            line: table.line_of(self.text, layout, row),
+            before: cell(row.saturating_sub(1)).into(),
+            after: cell(row).into(),
+        }
+    }
+
+    /// Whether rows get more cells midway than the header names.
+    fn check_widths(
+        &self,
+        table: &Table,
+        layout: &Layout,
+        warnings: &mut Vec<ImportWarning>,
+    ) -> Result<(), ImportError> {
+        let Some(change) = table.widths.change() else {
+            return Ok(());
+        };
+        let before = self.text.split(&self.text.bytes[..self.part.range.start]);
+        let named: Vec<Vec<String>> = before.map(|l| line::show_row(l, layout.delimiter)).collect();
+        let most = named.iter().map(Vec::len).max().unwrap_or(0);
+        let row = table.line_of(self.text, layout, change.row);
+        if change.before.max(change.after) <= most {
+            return Ok(());
+        }
+        // A header that is written again says where the columns are.
+        let header = named.iter().rev().find(|cells| cells.len() >= 2);
+        let again = change.row.checked_sub(1).filter(|r| table.text_rows.contains(r));
+        let stays = again.zip(header).is_some_and(|(again, header)| {
+            layout.columns.iter().all(|(index, _)| {
+                let name = table.cell_of(self.text, layout, again, *index);
+                header.get(*index) == Some(&name)
+            })
+        });
+        let (cells, fewer) = (change.after, change.before);
+        if !stays && !self.settings.accept_losses {
+            return Err(ImportError::ColumnsChange {
+                file: self.file.into(),
+                line: row,
+                before: fewer,
+                after: cells,
+            });
+        }
+        let message = format!(
+            "from line {row} on rows have {cells} cells, before {fewer}; the columns are read at the same places"
+        );
+        let kind = WarningKind::ColumnsChange;
+        warnings.push(ImportWarning::new(kind, 1, Some(row), &message));
+        Ok(())
+    }
+
+    /// Adds what counters had counted, turns and sorts the rows, drops lines of text.
+    fn in_order(
+        &self,
+        mut table: Table,
+        zero: ExactTime,
+        found: &Order,
+        warnings: &mut Vec<ImportWarning>,
+    ) -> Rows {
+        let mut columns = std::mem::take(&mut table.columns);
+        let mut warn = |kind, count, message: String| {
+            warnings.push(ImportWarning::new(kind, count, None, &message));
+        };
+        if let Some(time) = columns[TIME_SLOT].as_mut() {
+            for (row, period) in &found.wraps {
+                time.iter_mut().skip(*row).for_each(|t| *t += period);
+            }
+        }
+        if let Some((_, period)) = found.wraps.first() {
+            let period = format_quantity(*period, "s", 6);
+            let times = counted(found.wraps.len(), "time");
+            let message = format!(
+                "the clock begins again at zero {times}, after {period}; what it had counted is added"
+            );
+            warn(WarningKind::CounterWrap, found.wraps.len(), message);
+        }
+        let rows = table.rows;
+        let mut order: Option<Vec<usize>> = None;
+        if found.reversed {
+            let message = "the rows are newest first; they are turned round".to_owned();
+            warn(WarningKind::RowsReordered, rows, message);
+            order = Some((0..rows).rev().collect());
+        }
+        let text_rows = std::mem::take(&mut table.text_rows);
+        if !text_rows.is_empty() {
+            let lines = counted(text_rows.len(), "line");
+            let message = format!("{lines} of text among or after the rows of numbers left out");
+            warn(WarningKind::TextRows, text_rows.len(), message);
+            let mut is_text = vec![false; rows];
+            text_rows.iter().for_each(|row| is_text[*row] = true);
+            let mut kept = order.unwrap_or_else(|| (0..rows).collect());
+            kept.retain(|row| !is_text[*row]);
+            order = Some(kept);
+        }
+        if let Some(order) = &order {
+            columns.iter_mut().flatten().for_each(|c| permute(c, order));
+        }
+        let moved = columns[TIME_SLOT].as_deref().and_then(sorted);
+        if let Some((by_time, count)) = moved {
+            let message = format!(
+                "{} stood out of order and {} sorted by time",
+                counted(count, "row"),
+                if count == 1 { "is" } else { "are" }
+            );
+            warn(WarningKind::RowsReordered, count, message);
+            columns.iter_mut().flatten().for_each(|c| permute(c, &by_time));
+            order = Some(match order {
+                Some(order) => by_time.iter().map(|row| order[*row]).collect(),
+                None => by_time,
+            });
+        }
+        Rows {
+            table,
+            columns,
+            zero,
+            order,
+            text_rows: text_rows.len(),
+        }
+    }
+
+    /// The recording of the rows.
+    fn recording(
+        &self,
+        mut rows: Rows,
+        layout: &Layout,
+        mut warnings: Vec<ImportWarning>,
+    ) -> Result<Recording, ImportError> {
+        let settings = self.settings;
+        let [time, voltage, proof_mass, cantilever] = std::mem::take(&mut rows.columns);
+        let kind_of = |channel: Channel| {
+            let choice = settings.choice(channel);
+            choice.map_or(Quantity::Displacement, |choice| choice.kind)
+        };
+        let is_motion = kind_of(Channel::ProofMass) == Quantity::Displacement;
+        let scaled = |channel: Channel, slot: usize, column: Option<Vec<f64>>| {
+            let (scale, offset) = settings.scaling(channel);
+            let scale = scale * layout.slots[slot].factor;
+            // An offset is a displacement's.
+            let offset = if kind_of(channel) == Quantity::Displacement { offset } else { 0.0 };
+            column.map(|mut values| {
+                if scale != 1.0 || offset != 0.0 {
+                    values.iter_mut().for_each(|v| {
+                        let scaled = *v * scale + offset;
+                        // What leaves the range of numbers is missing, as it would be in the file.
+                        *v = if scaled.is_finite() { scaled } else { f64::NAN };
+                    });
+                }
+                values
+            })
+        };
+        let (time, origin) = self.times(time, &rows, layout, proof_mass.as_deref());
+        self.say_overrange(&rows.table, &mut warnings);
+        let columns = Columns {
+            time,
+            voltage: scaled(Channel::Voltage, 1, voltage),
+            proof_mass: scaled(Channel::ProofMass, 2, proof_mass).unwrap_or_default(),
+            cantilever: scaled(Channel::Cantilever, 3, cantilever),
+            is_displacement: is_motion,
+        };
+        let clock = FileClock {
+            origin,
+            keeps_zero: settings.time_zero == TimeZero::File,
+            printed: rows.table.printed,
+            as_written: settings.times_as_written || settings.time.is_none(),
+            offset: settings.time_offset,
+            accept_losses: settings.accept_losses,
+        };
+        let place = self.place(&rows, layout);
+        let place = Place {
+            file: self.file,
+            line_of: &place.line_of,
+            column_of: &place.column_of,
+            cell_of: &place.cell_of,
+            columns_at: &place.columns_at,
+        };
+        let mut recording = assemble(columns, clock, &place, warnings)?;
+        self.integrate(&mut recording, kind_of);
+        Ok(recording)
+    }
+
+    /// Times \[s\] and the instant in the file of their zero.
+    fn times(
+        &self,
+        time: Option<Vec<f64>>,
+        rows: &Rows,
+        layout: &Layout,
+        proof_mass: Option<&[f64]>,
+    ) -> (Vec<f64>, ExactTime) {
+        let clock = self.settings.clock;
+        let start = clock.map_or(0.0, |clock| clock.start);
+        let keeps_zero = self.settings.time_zero == TimeZero::File;
+        let begin = if keeps_zero { start } else { 0.0 };
+        let Some(mut time) = time else {
+            let interval = clock.map_or(1.0, |clock| clock.interval);
+            let count = proof_mass.map_or(rows.table.rows - rows.text_rows, <[f64]>::len);
+            let times = crate::recording::times::even_times(interval, count);
+            let times = times.into_iter().map(|t| begin + t).collect();
+            let origin = if keeps_zero { 0.0 } else { start };
+            return (times, ExactTime::from_seconds(origin));
+        };
+        let factor = layout.slots[TIME_SLOT].factor;
+        let mut origin = layout.seconds(rows.zero.clone());
+        if factor != 1.0 || begin != 0.0 {
+            time.iter_mut().for_each(|t| *t = *t * factor + begin);
+        }
+        if !keeps_zero && start != 0.0 {
+            origin = origin.plus(&ExactTime::from_seconds(start));
+        }
+        (time, origin)
+    }
+
+    fn say_overrange(&self, table: &Table, warnings: &mut Vec<ImportWarning>) {
+        let symbols = ["t", "V", "xp", "xc"];
+        for (symbol, count) in symbols.iter().zip(table.overrange) {
+            if count > 0 {
+                let cells = counted(count, "reading");
+                let message = format!(
+                    "{cells} of {symbol} were out of the instrument's range and are missing"
+                );
+                let kind = WarningKind::Overrange;
+                warnings.push(ImportWarning::new(kind, count, None, &message));
+            }
+        }
+    }
+
+    /// Integrates what is a velocity or an acceleration, and says by how much it drifts.
+    fn integrate(&self, recording: &mut Recording, kind_of: impl Fn(Channel) -> Quantity) {
+        for channel in [Channel::ProofMass, Channel::Cantilever] {
+            let kind = kind_of(channel);
+            let times = match kind {
+                Quantity::Displacement => continue,
+                Quantity::Velocity => 1,
+                Quantity::Acceleration => 2,
+            };
+            let Some(values) = recording.channel(channel) else {
+                continue;
+            };
+            let mut values = values.to_vec();
+            let (mut net, mut mean, mut bridged) = (0.0, 0.0, 0);
+            for turn in 0..times {
+                let integral = integrate(&recording.time, &values);
+                values = integral.values;
+                net = integral.net;
+                bridged = integral.bridged;
+                if turn == 0 {
+                    mean = integral.mean;
+                }
+            }
+            let offset = self.settings.scaling(channel).1;
+            values.iter_mut().for_each(|x| *x += offset);
+            let bridges = match bridged {
+                0 => String::new(),
+                n => format!("; {} bridged by straight lines", counted(n, "gap")),
+            };
+            let message = format!(
+                "{} is the integral of a {} (trapezoid, 0 at the first row): its level is not known, and it moves by {} from the first to the last row (the mean {} is {}); no drift is taken out{bridges}",
+                channel.symbol(),
+                kind.label(),
+                format_quantity(net, "m", 3),
+                kind.label(),
+                format_quantity(mean, kind.base_unit(), 3),
+            );
+            let warning = ImportWarning::new(WarningKind::Integrated, 1, None, &message);
+            recording.warnings.push(warning);
+            match channel {
+                Channel::Cantilever => recording.cantilever = Some(values),
+                _ => recording.proof_mass = values,
+            }
+        }
+    }
+
+    /// Where rows stand in the file.
+    fn place<'s>(&'s self, rows: &'s Rows, layout: &'s Layout) -> Places<'s> {
+        let row_of = move |row: usize| match &rows.order {
+            Some(order) => order.get(row).copied().unwrap_or(row),
+            None => row,
+        };
+        let column_of = move |channel: Option<Channel>| match channel {
+            None => self.settings.time.as_ref().map_or(0, |c| c.index),
+            Some(channel) => self.settings.choice(channel).map_or(0, |c| c.index),
+        };
+        let (table, text) = (&rows.table, self.text);
+        let start = self.part.range.start;
+        Places {
+            line_of: Box::new(move |row| table.line_of(text, layout, row_of(row))),
+            column_of: Box::new(move |channel| column_of(channel).saturating_add(1)),
+            cell_of: Box::new(move |row, channel| {
+                table.cell_of(text, layout, row_of(row), column_of(channel))
+            }),
+            columns_at: Box::new(move |row| {
+                let before = text.split(&text.bytes[..start]);
+                let named = before.map(|l| line::cells(l, layout.delimiter).count());
+                let cells = table.cells_of(text, layout, row_of(row));
+                named.max().unwrap_or(0).max(cells)
+            }),
+        }
+    }
+}
+
+/// Functions of a [`Place`].
+struct Places<'a> {
+    line_of: Box<dyn Fn(usize) -> usize + 'a>,
+    column_of: Box<dyn Fn(Option<Channel>) -> usize + 'a>,
+    cell_of: Box<dyn Fn(usize, Option<Channel>) -> String + 'a>,
+    columns_at: Box<dyn Fn(usize) -> usize + 'a>,
+}
+
+fn permute(column: &mut Vec<f64>, order: &[usize]) {
+    let all = order.iter().map(|row| column.get(*row).copied().unwrap_or(f64::NAN));
+    *column = all.collect();
+}
+
+fn hex(bytes: &[u8]) -> String {
+    use std::fmt::Write;
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
