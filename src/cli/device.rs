@@ -12,7 +12,7 @@ use crate::model::piezo::MEASURED_VOLTAGE;
 use crate::model::preset::Preset;
 use crate::model::unit::{counted, format_quantity, parse_quantity};
 use crate::model::{Model, effects};
-use crate::recording::csv::import_voltage;
+use crate::recording::import::import_voltage;
 use crate::recording::measured_drive::drive_of_samples;
 
 /// Factor outside its slider's range from which a value is odd.

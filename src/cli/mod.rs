@@ -6,6 +6,7 @@ mod demo;
 mod device;
 mod diagnose;
 mod fit;
+mod inspect;
 mod interrupt;
 mod output;
 mod read;
@@ -71,6 +72,8 @@ enum Command {
     Trial(trial::Arguments),
     /// Measure the steady response over axes of drive and device, as CSV; in shards, too
     Sweep(sweep::Arguments),
+    /// Say what recordings hold: channels, units, rate, noise, the drive, contacts, and what is odd
+    Inspect(inspect::Arguments),
     /// Diagnose recordings that come with the program, and write a report
     Demo(demo::Arguments),
 }
@@ -90,6 +93,7 @@ pub fn main() -> ExitCode {
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
         Some(Command::Trial(arguments)) => trial::run(&arguments),
         Some(Command::Sweep(arguments)) => sweep::run(&arguments),
+        Some(Command::Inspect(arguments)) => inspect::run(&arguments),
         Some(Command::Demo(arguments)) => demo::run(&arguments),
         #[cfg(not(feature = "gui"))]
         None => Err(no_window()),

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use anyhow::anyhow;
 
-use super::reading::{ReadingArguments, scaled};
+use super::reading::ReadingArguments;
 use super::{Failure, terminal, wrong_command};
 use crate::fit::Part;
 use crate::recording::Recording;
-use crate::recording::csv::import_auto_with;
+use crate::recording::import::import_chosen;
 
 /// Reads recordings as their headers and `reading` say. What the reader skipped or guessed goes to standard
 /// error.
@@ -17,10 +17,10 @@ use crate::recording::csv::import_auto_with;
 /// # Errors
 /// The first file's that cannot be read; a recording that is named twice.
 pub fn read(paths: &[PathBuf], reading: &ReadingArguments) -> Result<Vec<Arc<Recording>>, Failure> {
-    let factors = reading.factors()?;
+    let choices = reading.choices()?;
     let mut recordings: Vec<Arc<Recording>> = Vec::with_capacity(paths.len());
     for path in paths {
-        let recording = import_auto_with(path, &|settings| scaled(settings, factors), None)?;
+        let recording = import_chosen(path, &choices, None)?;
         for warning in &recording.warnings {
             terminal::warning(format_args!("{}: {}", path.display(), warning.message));
         }

@@ -1,141 +1,187 @@
-//! Options that change how the columns of recordings are read: `--sign`, `--scale`.
+//! Options that decide how recordings are read: `--column`, `--unit`, `--scale`, `--sign`, `--dt`, `--rate`,
+//! `--trial`, `--encoding`, `--decimal`, `--accept-losses`. They are the same wherever a recording is taken.
 
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
 use clap::Args;
 
 use super::{Failure, wrong_command};
-use crate::model::unit::unit_factor;
-use crate::recording::Channel;
-use crate::recording::csv::ImportSettings;
+use crate::model::unit::parse_quantity;
+use crate::recording::csv::{Decimal, Encoding, ReadingChoices};
 
-/// How columns are read, for all recordings of a command.
+/// How recordings are read, for all recordings of a command.
 #[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "How recordings are read")]
 pub struct ReadingArguments {
+    /// Column of a channel, by its name or its number from 1, e.g. xp="Displacement tip" or V=2; t, V,
+    /// xp or xc; repeatable
+    #[arg(long, value_name = "CHANNEL=NAME|N")]
+    column: Vec<String>,
+    /// Unit of a column, e.g. xp=nm or t=ms; repeatable
+    #[arg(long, value_name = "CHANNEL=UNIT")]
+    unit: Vec<String>,
     /// Turns a channel over, e.g. xp=-1 where displacements are positive downwards; V, xp or xc; repeatable
     #[arg(long, value_name = "CHANNEL=-1", allow_hyphen_values = true)]
     sign: Vec<String>,
-    /// Factor of a channel, e.g. V=20 or V=20V/V for a voltage read at a 1/20 monitor; V, xp or xc;
-    /// repeatable
+    /// Factor of a channel, or what one unit of its column stands for, e.g. V=20 at a 1/20 monitor or
+    /// xp=0.5um/V for the output of a displacement meter; repeatable
     #[arg(long, value_name = "CHANNEL=FACTOR", allow_hyphen_values = true)]
     scale: Vec<String>,
+    /// Time from sample to sample where there is no column of times, e.g. 20us
+    #[arg(long, value_name = "TIME", conflicts_with = "rate")]
+    dt: Option<String>,
+    /// Samples per second where there is no column of times, e.g. 50kHz
+    #[arg(long, value_name = "RATE")]
+    rate: Option<String>,
+    /// Which recording, from 1, of a file that holds several
+    #[arg(long, value_name = "N")]
+    trial: Option<usize>,
+    /// Encoding of text, e.g. windows-1252, utf-16le, gbk; recognised unless it is given
+    #[arg(long, value_name = "NAME")]
+    encoding: Option<String>,
+    /// The decimal mark, where the numbers do not say it: point or comma
+    #[arg(long, value_name = "MARK")]
+    decimal: Option<String>,
+    /// Reads a file although more than a few of its rows cannot be used
+    #[arg(long)]
+    accept_losses: bool,
 }
 
 impl ReadingArguments {
-    /// The factors of `V`, `xp` and `xc`, in the order of [`Channel::ALL`].
+    /// The choices that these options make.
     ///
     /// # Errors
-    /// A wrong command: an unknown channel, a sign that is not 1 or -1, a factor that is no number or 0.
-    pub fn factors(&self) -> Result<[f64; 3], Failure> {
-        let mut all = [1.0; 3];
-        for text in &self.sign {
-            let (channel, value) = split("--sign", text)?;
-            all[channel as usize] *= match value {
-                "-1" => -1.0,
-                "1" | "+1" => 1.0,
-                _ => {
-                    return Err(wrong_command(anyhow!(
-                        "--sign {text}: a sign is 1 or -1; write for example --sign xp=-1"
-                    )));
-                }
-            };
-        }
-        for text in &self.scale {
-            let (channel, value) = split("--scale", text)?;
-            let factor = factor(value, channel.base_unit()).ok_or_else(|| {
-                wrong_command(anyhow!(
-                    "--scale {text}: \"{value}\" is no factor of {}; write for example --scale V=20 or --scale xp=1nm/um",
-                    channel.symbol()
-                ))
-            })?;
-            all[channel as usize] *= factor;
-        }
-        Ok(all)
+    /// A wrong command: an option that cannot be understood.
+    pub fn choices(&self) -> Result<ReadingChoices, Failure> {
+        self.parsed().map_err(wrong_command)
+    }
+
+    fn parsed(&self) -> anyhow::Result<ReadingChoices> {
+        let pairs = |option: &str, all: &[String], example: &str| {
+            let one = |text: &String| pair(option, text, example);
+            all.iter().map(one).collect::<anyhow::Result<Vec<_>>>()
+        };
+        let signs = pairs("--sign", &self.sign, "xp=-1")?;
+        let signs = signs.into_iter().map(|(channel, value)| match value.as_str() {
+            "-1" => Ok((channel, -1.0)),
+            "1" | "+1" => Ok((channel, 1.0)),
+            _ => Err(anyhow!(
+                "--sign {channel}={value}: a sign is 1 or -1; write for example --sign xp=-1"
+            )),
+        });
+        Ok(ReadingChoices {
+            columns: pairs("--column", &self.column, "xp=3")?,
+            units: pairs("--unit", &self.unit, "xp=um")?,
+            scales: pairs("--scale", &self.scale, "xp=0.5um/V")?,
+            signs: signs.collect::<anyhow::Result<_>>()?,
+            interval: self.interval()?,
+            trial: self.trial,
+            encoding: self.encoding.as_deref().map(encoding).transpose()?,
+            decimal: self.decimal.as_deref().map(decimal).transpose()?,
+            accept_losses: self.accept_losses,
+        })
+    }
+
+    /// Time from sample to sample \[s\], if it is given.
+    fn interval(&self) -> anyhow::Result<Option<f64>> {
+        let positive = |option: &str, text: &str, unit: &str| -> anyhow::Result<f64> {
+            let value = parse_quantity(text, unit).with_context(|| format!("{option} {text}"))?;
+            if value > 0.0 && value.is_finite() {
+                return Ok(value);
+            }
+            Err(anyhow!("{option} {text}: it must be above 0"))
+        };
+        let dt = self.dt.as_deref().map(|text| positive("--dt", text, "s"));
+        let rate = || {
+            let rate = self.rate.as_deref();
+            rate.map(|text| positive("--rate", text, "Hz").map(|rate| 1.0 / rate))
+        };
+        dt.or_else(rate).transpose()
     }
 }
 
-/// The settings of a header with these factors.
-pub fn scaled(settings: &mut ImportSettings, [voltage, xp, xc]: [f64; 3]) {
-    settings.voltage_scale *= voltage;
-    settings.xp_scale *= xp;
-    settings.xc_scale *= xc;
+/// `CHANNEL=VALUE` in two.
+fn pair(option: &str, text: &str, example: &str) -> anyhow::Result<(String, String)> {
+    let found = text.split_once('=').map(|(channel, value)| {
+        (channel.trim().to_owned(), value.trim().to_owned())
+    });
+    let is_channel = |name: &str| {
+        let known = ["t", "V", "xp", "xc"];
+        known.iter().any(|channel| channel.eq_ignore_ascii_case(name))
+    };
+    found
+        .filter(|(channel, value)| is_channel(channel) && !value.is_empty())
+        .ok_or_else(|| {
+            anyhow!(
+                "{option} {text}: name a channel, t, V, xp or xc, and its value; write for example {option} {example}"
+            )
+        })
 }
 
-/// `CHANNEL=VALUE` in two.
-fn split<'t>(option: &str, text: &'t str) -> Result<(Channel, &'t str), Failure> {
-    let named = |name: &str| {
-        let name = name.trim();
-        let mut all = Channel::ALL.into_iter();
-        all.find(|c| c.symbol().eq_ignore_ascii_case(name))
-    };
-    let found = text
-        .split_once('=')
-        .and_then(|(name, value)| Some((named(name)?, value.trim())));
-    found.ok_or_else(|| {
-        wrong_command(anyhow!(
-            "{option} {text}: name a channel, V, xp or xc, and its value; write for example {option} xp=-1"
-        ))
+fn encoding(name: &str) -> anyhow::Result<Encoding> {
+    Encoding::named(name).ok_or_else(|| {
+        let all: Vec<&str> = Encoding::ALL.iter().map(|e| e.label()).collect();
+        anyhow!("--encoding {name}: it is not known; there are {}", all.join(", "))
     })
 }
 
-/// A finite factor that is not 0: `20`, or with units of the channel, `20V/V`, `1nm/um`.
-fn factor(text: &str, base: &str) -> Option<f64> {
-    let end = |c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E');
-    let at = text.find(end).unwrap_or(text.len());
-    let (number, units) = (text[..at].trim(), text[at..].trim());
-    let number: f64 = number.parse().ok()?;
-    let ratio = match units.split_once('/') {
-        Some((now, read)) => {
-            let filled = |unit: &str| {
-                Some(unit.trim())
-                    .filter(|u| !u.is_empty())
-                    .map(str::to_owned)
-            };
-            unit_factor(&filled(now)?, base)? / unit_factor(&filled(read)?, base)?
-        }
-        None if units.is_empty() => 1.0,
-        None => return None,
-    };
-    let factor = number * ratio;
-    (factor.is_finite() && factor != 0.0).then_some(factor)
+fn decimal(mark: &str) -> anyhow::Result<Decimal> {
+    match mark.trim() {
+        "point" | "." => Ok(Decimal::Point),
+        "comma" | "," => Ok(Decimal::Comma),
+        _ => Err(anyhow!("--decimal {mark}: write point or comma")),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::reading::*;
+    use clap::Parser;
 
-    fn of(sign: &[&str], scale: &[&str]) -> Result<[f64; 3], Failure> {
-        let own = |all: &[&str]| all.iter().map(|s| (*s).to_owned()).collect();
-        let (sign, scale) = (own(sign), own(scale));
-        ReadingArguments { sign, scale }.factors()
+    #[derive(Debug, Parser)]
+    struct Only {
+        #[command(flatten)]
+        reading: ReadingArguments,
+    }
+
+    fn of(line: &str) -> Result<ReadingChoices, Failure> {
+        let words = std::iter::once("x").chain(line.split_whitespace());
+        Only::try_parse_from(words).unwrap().reading.choices()
     }
 
     #[test]
-    fn signs_and_scales_multiply() {
-        assert_eq!(of(&[], &[]).unwrap(), [1.0; 3]);
-        assert_eq!(of(&["xp=-1"], &["V=20V/V"]).unwrap(), [20.0, -1.0, 1.0]);
-        assert_eq!(
-            of(&["V=-1", "xc=1"], &["v=2e1", "xc = -0.5"]).unwrap(),
-            [-20.0, 1.0, -0.5]
-        );
-        let [_, xp, _] = of(&[], &["xp=1nm/um"]).unwrap();
-        assert!((xp / 1e-3 - 1.0).abs() < 1e-12);
+    fn options_become_choices() {
+        assert_eq!(of("").unwrap(), ReadingChoices::default());
+        let line = "--column V=2 --column xp=tip --unit t=ms --scale xp=0.5um/V --sign xp=-1 --rate 50kHz \
+                    --trial 3 --encoding latin1 --decimal comma --accept-losses";
+        let choices = of(line).unwrap();
+        let own = |a: &str, b: &str| (a.to_owned(), b.to_owned());
+        assert_eq!(choices.columns, [own("V", "2"), own("xp", "tip")]);
+        assert_eq!(choices.units, [own("t", "ms")]);
+        assert_eq!(choices.scales, [own("xp", "0.5um/V")]);
+        assert_eq!(choices.signs, [("xp".to_owned(), -1.0)]);
+        assert!((choices.interval.unwrap() - 2e-5).abs() < 1e-18);
+        assert_eq!(choices.trial, Some(3));
+        assert_eq!(choices.encoding, Some(Encoding::Windows1252));
+        assert_eq!(choices.decimal, Some(Decimal::Comma));
+        assert!(choices.accept_losses);
+        assert!((of("--dt 20us").unwrap().interval.unwrap() - 2e-5).abs() < 1e-18);
     }
 
     #[test]
-    fn what_is_no_factor_is_a_wrong_command() {
-        for (sign, scale, word) in [
-            ("xp=2", "", "1 or -1"),
-            ("xp", "", "name a channel"),
-            ("", "x=2", "name a channel"),
-            ("", "V=0", "no factor"),
-            ("", "V=nan", "no factor"),
-            ("", "V=20um/V", "no factor"),
-            ("", "V=20V", "no factor"),
+    fn what_cannot_be_understood_is_a_wrong_command() {
+        for (line, word) in [
+            ("--sign xp=2", "1 or -1"),
+            ("--sign xp", "name a channel"),
+            ("--scale x=2", "name a channel"),
+            ("--column xp=", "name a channel"),
+            ("--dt 0", "above 0"),
+            ("--rate 5um", "--rate"),
+            ("--encoding klingon", "not known"),
+            ("--decimal dot", "point or comma"),
         ] {
-            let given = |text: &'static str| if text.is_empty() { vec![] } else { vec![text] };
-            let failure = of(&given(sign), &given(scale)).unwrap_err();
+            let failure = of(line).unwrap_err();
             assert_eq!(failure.code, 2);
-            let said = failure.error.to_string();
+            let said = format!("{:#}", failure.error);
             assert!(said.contains(word), "{said}");
         }
     }

@@ -52,6 +52,9 @@ impl fmt::Display for FileText {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[allow(missing_docs)] // The fields are the file, the place and the offending text.
 pub enum ImportError {
+    /// A file of a known format could not be read; the message says what, where and what to do.
+    #[error("{0}")]
+    Format(FileText),
     /// A drive is to be read, and no column is a voltage.
     #[error("{file}, line {line}: there is no voltage column; give a CSV with t [s] and V [V]")]
     NoVoltageColumn { file: FileText, line: usize },
@@ -319,6 +322,8 @@ pub enum WarningKind {
     Integrated,
     /// Rows have different numbers of cells.
     ColumnsChange,
+    /// What a format has to say of itself: a scale that was applied, a table that is not read.
+    FormatNote,
     /// A column has a known name but a unit that does not fit, or no numbers; left out.
     IgnoredColumn,
 }

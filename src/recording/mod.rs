@@ -18,6 +18,7 @@ pub mod experiment_setup;
 pub mod features;
 pub mod formats;
 pub(crate) mod grid;
+pub mod import;
 pub mod instrument_faults;
 pub mod integrate;
 pub mod lag;

@@ -334,6 +334,7 @@ pub fn dialogs(services: &mut Services, ui: &mut Ui) {
         }
         Some(Answer::Save(purpose, path)) => save(services, purpose, path),
         Some(Answer::Import(path, settings)) => services.files.import(path, settings, None),
+        Some(Answer::Trial(path, trial)) => services.files.preview_trial(path, trial),
         Some(Answer::Browse(None)) => services.files.open_dialog(),
         Some(Answer::Browse(Some(purpose))) => services.files.save_dialog(purpose),
     }

@@ -1,8 +1,9 @@
 //! The fields of the import dialog, each with a name for screen readers.
 
-use eframe::egui::{ComboBox, DragValue, Response, Role, Ui, WidgetInfo};
+use eframe::egui::{ComboBox, DragValue, Response, Role, TextEdit, Ui, WidgetInfo};
 
-use crate::recording::csv::ColumnChoice;
+use crate::model::unit::format_quantity;
+use crate::recording::csv::{ColumnChoice, Quantity, SampleClock};
 
 /// Names of the columns.
 pub type Names = Vec<String>;
@@ -50,6 +51,28 @@ pub fn lines_before(ui: &mut Ui, lines: &mut usize) {
     let label = ui.label("lines before the data").id;
     ui.add(DragValue::new(lines).range(0..=100_000))
         .labelled_by(label);
+}
+
+/// The sampling interval where there is no column of times.
+pub fn interval(ui: &mut Ui, clock: &mut Option<SampleClock>) {
+    ui.horizontal(|ui| {
+        ui.label("sampling interval");
+        let mut micros = clock.map_or(0.0, |clock| 1e6 * clock.interval);
+        let field = DragValue::new(&mut micros)
+            .range(0.0..=1e12)
+            .speed(0.1)
+            .max_decimals(9)
+            .suffix(" \u{b5}s");
+        let field = ui.add(field);
+        name(&field, Role::SpinButton, "sampling interval");
+        if field.changed() {
+            let start = clock.map_or(0.0, |clock| clock.start);
+            *clock = (micros > 0.0).then_some(SampleClock { start, interval: 1e-6 * micros });
+        }
+        if let Some(clock) = clock {
+            ui.weak(format!("{} samples a second", format_quantity(1.0 / clock.interval, "", 6)));
+        }
+    });
 }
 
 /// Scale and sign of a quantity, in two cells.
@@ -114,7 +137,11 @@ pub fn chooser(
                         Some(choice) => choice.unit.clone(),
                         None => unit_of(name, units),
                     };
-                    *choice = Some(ColumnChoice { index, unit });
+                    let kind = Quantity::of_unit(&unit);
+                    *choice = Some(ColumnChoice {
+                        kind,
+                        ..ColumnChoice::new(index, unit)
+                    });
                 }
             }
         })
@@ -133,10 +160,33 @@ pub fn chooser(
             .response;
         name_choice(&response, &format!("{quantity} unit"), &unit);
     });
-    if let Some(choice) = choice {
+    if let Some(choice) = choice
+        && choice.unit != unit
+    {
+        choice.kind = Quantity::of_unit(&unit);
+        choice.scale = None;
         choice.unit = unit;
     }
 }
+
+/// What one volt of a column stands for, where a displacement is given as a voltage.
+pub fn sensitivity(ui: &mut Ui, quantity: &str, choice: &mut Option<ColumnChoice>) {
+    let Some(choice) = choice.as_mut().filter(|c| VOLTS.contains(&c.unit.as_str())) else {
+        return;
+    };
+    let mut text = choice.scale.clone().unwrap_or_default();
+    ui.horizontal(|ui| {
+        ui.label(format!("{quantity}: 1 {} of the instrument is", choice.unit));
+        let field = ui.add(TextEdit::singleline(&mut text).hint_text("0.5um/V").desired_width(90.0));
+        name(&field, Role::TextInput, &format!("{quantity} sensitivity"));
+        if field.changed() {
+            choice.scale = (!text.trim().is_empty()).then(|| text.trim().to_owned());
+        }
+    });
+}
+
+/// Units of a displacement that an instrument gives as a voltage.
+pub const VOLTS: [&str; 2] = ["V", "mV"];
 
 /// The unit in brackets after a column's name if it is one of `units`, else the first.
 fn unit_of(name: &str, units: &[&'static str]) -> String {

@@ -2,20 +2,24 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{Align2, Button, Grid, Id, RichText, TextEdit, Ui, Window};
+use eframe::egui::{Align2, Button, ComboBox, Grid, Id, RichText, TextEdit, Ui, Window};
 
-use super::columns::{Names, chooser, lines_before, micrometres, pick, scale};
+use super::columns::{
+    Names, VOLTS, chooser, interval, lines_before, micrometres, pick, scale, sensitivity,
+};
 use super::sample::{Cells, Sample};
 use super::table::Roles;
 use super::{Answer, enter, escape, table};
 use crate::app::theme;
 use crate::model::unit::{format_quantity, parse_quantity};
-use crate::recording::csv::{Decimal, Delimiter, ImportSettings, Preview, TimeZero};
+use crate::recording::csv::{Decimal, Delimiter, Encoding, ImportSettings, Preview, TimeZero};
 
 /// Units offered for each quantity.
-const TIME_UNITS: [&str; 3] = ["s", "ms", "us"];
+const TIME_UNITS: [&str; 9] = ["s", "ms", "us", "ns", "min", "h", "days", "clock", "sample"];
 const VOLTAGE_UNITS: [&str; 2] = ["V", "mV"];
-const LENGTH_UNITS: [&str; 5] = ["m", "cm", "mm", "um", "nm"];
+const MOTION_UNITS: [&str; 11] = [
+    "m", "cm", "mm", "um", "nm", "m/s", "mm/s", "um/s", "m/s^2", "V", "mV",
+];
 
 /// What the choice of t = 0 means.
 const ZERO_HELP: &str = "The first row: times count from the first sample, where the simulation \
@@ -79,9 +83,21 @@ impl ImportDialog {
             ("cantilever", &settings.cantilever),
             ("voltage", &settings.voltage),
         ];
-        for (name, choice) in &choices[..2] {
-            if choice.is_none() {
-                return Some(format!("Choose a column for the {name}."));
+        if settings.time.is_none() && settings.clock.is_none() {
+            return Some("Choose a column for the time, or give the sampling interval.".to_owned());
+        }
+        if settings.proof_mass.is_none() {
+            return Some("Choose a column for the proof mass.".to_owned());
+        }
+        for (name, choice) in &choices[1..3] {
+            if let Some(choice) = choice
+                && VOLTS.contains(&choice.unit.as_str())
+                && choice.scale.is_none()
+            {
+                return Some(format!(
+                    "Say what 1 {} of the {name} stands for, for example 0.5um/V.",
+                    choice.unit
+                ));
             }
         }
         for (i, (name, choice)) in choices.iter().enumerate() {
@@ -113,7 +129,8 @@ impl ImportDialog {
     /// Splits the file with the present settings.
     fn split(&mut self, ui: &Ui) {
         let (settings, guessed) = (&self.settings, &self.preview.settings);
-        if (settings.delimiter, settings.skip_lines) == (guessed.delimiter, guessed.skip_lines) {
+        let split_by = |s: &ImportSettings| (s.encoding, s.delimiter, s.skip_lines);
+        if split_by(settings) == split_by(guessed) || !self.preview.is_text {
             self.cells = Cells {
                 header: self.preview.header.clone(),
                 columns: self.preview.columns,
@@ -125,7 +142,7 @@ impl ImportDialog {
             .sample
             .get_or_insert_with(|| Sample::read(self.path.clone(), ui.ctx()));
         // Until the file is read, the earlier table stays.
-        if let Some(cells) = sample.split(settings.delimiter, settings.skip_lines) {
+        if let Some(cells) = sample.split(settings) {
             self.cells = cells;
         }
     }
@@ -143,6 +160,7 @@ impl ImportDialog {
         let mut open = self.editing || !escape(ui);
         let field = Id::unique("import time offset");
         let mut accepted = enter(ui, field);
+        let mut again = None;
         self.split(ui);
         Window::new("Import a recording")
             .collapsible(false)
@@ -150,12 +168,15 @@ impl ImportDialog {
             .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
             .show(ui, |ui| {
                 self.findings(ui);
+                again = self.trials(ui);
                 ui.separator();
                 self.columns(ui, field);
                 self.clock(ui);
                 ui.separator();
-                self.text(ui);
-                ui.separator();
+                if self.preview.is_text {
+                    self.text(ui);
+                    ui.separator();
+                }
                 table::show(ui, &self.cells, self.settings.decimal, &self.roles());
                 ui.separator();
                 let missing = self.missing();
@@ -172,6 +193,9 @@ impl ImportDialog {
                 });
             });
         self.editing = ui.ctx().text_edit_focused();
+        if let Some(trial) = again {
+            return (false, Some(Answer::Trial(self.path.clone(), trial)));
+        }
         // The field may have changed in this frame.
         if open && accepted && self.missing().is_none() {
             let answer = Answer::Import(self.path.clone(), self.settings.clone());
@@ -197,6 +221,32 @@ impl ImportDialog {
                 ui.label(&warning.message);
             }
         }
+    }
+
+    /// Which recording of several; returns another one that was chosen.
+    fn trials(&self, ui: &mut Ui) -> Option<usize> {
+        let all = &self.preview.trials;
+        if all.len() < 2 {
+            return None;
+        }
+        let now = self.settings.trial.unwrap_or(1);
+        let mut chosen = now;
+        ui.horizontal(|ui| {
+            ui.label("recording");
+            let label = |n: usize| all.get(n - 1).map_or_else(String::new, |t| format!("{n}: {}", t.name));
+            let response = ComboBox::from_id_salt("recording of several")
+                .selected_text(label(now))
+                .width(320.0)
+                .show_ui(ui, |ui| {
+                    for n in 1..=all.len() {
+                        ui.selectable_value(&mut chosen, n, label(n));
+                    }
+                })
+                .response;
+            super::columns::name(&response, eframe::egui::Role::ComboBox, "recording of several");
+            ui.weak(format!("of {} in the file; open it again for another one", all.len()));
+        });
+        (chosen != now).then_some(chosen)
     }
 
     fn roles(&self) -> Roles {
@@ -243,7 +293,7 @@ impl ImportDialog {
                 }
             }
             ui.end_row();
-            let lengths = &LENGTH_UNITS;
+            let lengths = &MOTION_UNITS;
             chooser(ui, "proof mass", &names, &mut settings.proof_mass, lengths);
             scale(ui, "proof mass", &mut settings.xp_scale);
             micrometres(ui, "proof mass offset", &mut settings.xp_offset);
@@ -256,6 +306,8 @@ impl ImportDialog {
             scale(ui, "voltage", &mut settings.voltage_scale);
             ui.end_row();
         });
+        sensitivity(ui, "proof mass", &mut settings.proof_mass);
+        sensitivity(ui, "cantilever", &mut settings.cantilever);
         if let Some(error) = &self.offset_error {
             ui.colored_label(theme::error(ui.visuals().dark_mode), error);
         }
@@ -264,6 +316,10 @@ impl ImportDialog {
     /// Which instant is t = 0, and whether the clock is judged.
     fn clock(&mut self, ui: &mut Ui) {
         let settings = &mut self.settings;
+        let counts = settings.time.as_ref().is_none_or(|time| time.unit == "sample");
+        if counts {
+            interval(ui, &mut settings.clock);
+        }
         ui.horizontal_wrapped(|ui| {
             ui.label("t = 0 is");
             let zeros = [
@@ -281,11 +337,7 @@ impl ImportDialog {
         let settings = &mut self.settings;
         ui.horizontal_wrapped(|ui| {
             ui.label("cells separated by");
-            let delimiters = [
-                (Delimiter::Comma, "comma"),
-                (Delimiter::Semicolon, "semicolon"),
-                (Delimiter::Tab, "tab"),
-            ];
+            let delimiters = Delimiter::ALL.map(|delimiter| (delimiter, delimiter.label()));
             pick(ui, "delimiter", &mut settings.delimiter, &delimiters);
             ui.separator();
             ui.label("decimal sign");
@@ -293,6 +345,12 @@ impl ImportDialog {
             pick(ui, "decimal sign", &mut settings.decimal, &signs);
             ui.separator();
             lines_before(ui, &mut settings.skip_lines);
+            ui.separator();
+            ui.label("encoding");
+            let recognised = std::iter::once((None, "recognised"));
+            let all = Encoding::ALL.map(|encoding| (Some(encoding), encoding.label()));
+            let all: Vec<_> = recognised.chain(all).collect();
+            pick(ui, "encoding", &mut settings.encoding, &all);
         });
     }
 }

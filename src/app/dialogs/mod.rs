@@ -68,6 +68,8 @@ pub enum Answer {
     Save(Purpose, PathBuf),
     /// Import a recording with these settings.
     Import(PathBuf, ImportSettings),
+    /// Preview another recording of a file with several.
+    Trial(PathBuf, usize),
     /// Use the system's dialog.
     Browse(Option<Purpose>),
 }

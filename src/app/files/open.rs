@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use super::event::{FileEvent, Purpose, failed};
 use super::jobs::{Context, Jobs, Repaint, Working};
-use super::reading::{drawn_from, drive_from, import_with, open};
+use super::reading::{ask_trial, drawn_from, drive_from, import_with, open};
 use super::recent::absolute;
 use super::session_text::RecordingEntry;
 use crate::app::analysis::job::panic_text;
@@ -112,6 +112,11 @@ impl Files {
         self.spawn(path.clone(), move |context| {
             import_with(path, settings, Vec::new(), entry, context)
         });
+    }
+
+    /// Looks at another recording of a file with several, for the import dialog.
+    pub fn preview_trial(&self, path: PathBuf, trial: usize) {
+        self.spawn(path.clone(), move |_| Some(ask_trial(path, trial)));
     }
 
     /// Imports a recording of a session, with the settings stored in it.

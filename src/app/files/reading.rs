@@ -11,7 +11,8 @@ use crate::app::files::recent;
 use crate::explore::waveform::{is_waveform_file, load};
 use crate::model::drive::DriveReading;
 use crate::model::preset::Preset;
-use crate::recording::csv::{ImportSettings, import, import_voltage, preview};
+use crate::recording::csv::{ImportSettings, ReadingChoices};
+use crate::recording::import::{import, import_voltage, preview, preview_chosen};
 use crate::recording::measured_drive::drive_of_samples;
 use crate::recording::{ImportError, ImportWarning};
 
@@ -124,6 +125,18 @@ pub(super) fn import_with(
             _ => failed(&error),
         },
     })
+}
+
+/// Asks for the settings of one of several recordings of a file.
+pub(super) fn ask_trial(path: PathBuf, trial: usize) -> FileEvent {
+    let choices = ReadingChoices {
+        trial: Some(trial),
+        ..ReadingChoices::default()
+    };
+    match preview_chosen(&path, &choices) {
+        Ok(preview) => FileEvent::Ask { path, preview },
+        Err(error) => failed(&error),
+    }
 }
 
 /// Reads a drawn waveform from its file.

@@ -19,6 +19,7 @@ mod read;
 mod rows;
 mod scopes;
 mod settings;
+mod shown;
 pub(crate) mod sniff;
 #[cfg(test)]
 mod tests;
@@ -32,7 +33,11 @@ pub use self::preview::{Preview, Trial, preview, preview_bytes, trials};
 pub use self::settings::{
     ColumnChoice, Decimal, Delimiter, Encoding, ImportSettings, Quantity, SampleClock, TimeZero,
 };
+pub use self::shown::{ShownRows, shown_rows};
 pub use self::text::Progress;
+pub(super) use self::columns::several;
+pub(super) use self::read::hex;
+pub(super) use self::text::{read_file, short_name};
 pub use self::write::{WriteError, write_csv, write_recording};
 
 use std::path::Path;
@@ -125,9 +130,19 @@ pub fn import_bytes_auto(name: &str, bytes: &[u8]) -> Result<Recording, ImportEr
 /// # Errors
 /// As [`import_auto`], and if there is no voltage.
 pub fn import_voltage(path: &Path) -> Result<(Vec<f64>, Vec<f64>), ImportError> {
-    let file = path.display().to_string();
     let bytes = text::read_file(path, None)?;
-    let preview = preview_head(&file, &bytes)?;
+    import_voltage_bytes(&path.display().to_string(), &bytes)
+}
+
+/// [`import_voltage`] from memory; `file` stands for the file in messages.
+///
+/// # Errors
+/// As [`import_voltage`].
+pub fn import_voltage_bytes(
+    file: &str,
+    bytes: &[u8],
+) -> Result<(Vec<f64>, Vec<f64>), ImportError> {
+    let preview = preview_head(file, bytes)?;
     let mut settings = ImportSettings {
         time_zero: TimeZero::File,
         times_as_written: true,
@@ -135,7 +150,7 @@ pub fn import_voltage(path: &Path) -> Result<(Vec<f64>, Vec<f64>), ImportError> 
         ..preview.settings
     };
     let no_voltage = || ImportError::NoVoltageColumn {
-        file: file.clone().into(),
+        file: file.into(),
         line: settings.skip_lines.max(1),
     };
     // A single channel in volts is the drive here.
@@ -154,7 +169,7 @@ pub fn import_voltage(path: &Path) -> Result<(Vec<f64>, Vec<f64>), ImportError> 
     // A recording has a displacement: the voltage's numbers stand in for it, unread.
     settings.proof_mass = Some(ColumnChoice::new(voltage.index, "m"));
     settings.voltage = Some(voltage);
-    let recording = read(&file, &bytes, &settings, Vec::new(), None)?;
+    let recording = read(file, bytes, &settings, Vec::new(), None)?;
     recording.drive_table().ok_or_else(no_voltage)
 }
 

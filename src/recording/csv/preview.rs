@@ -52,6 +52,8 @@ pub struct Preview {
     pub warnings: Vec<ImportWarning>,
     /// The recordings in the file, if it is known to hold several; empty if there is one.
     pub trials: Vec<Trial>,
+    /// Whether the file itself is the text, so that delimiter and encoding can be chosen.
+    pub is_text: bool,
     /// What must be decided before the import.
     pub(super) questions: Vec<Question>,
     /// What the columns look like.
@@ -98,6 +100,24 @@ impl Preview {
         self.settings.trial = Some(number);
         self.settle(Topic::Trial);
         Ok(())
+    }
+
+    /// Whether a displacement or another motion was recognised.
+    #[must_use]
+    pub fn has_motion(&self) -> bool {
+        self.settings.proof_mass.is_some() || !self.trials.is_empty()
+    }
+
+    /// Asks which of the recordings of a file with several is meant.
+    pub(in crate::recording) fn offer_trials(&mut self, file: &str, names: Vec<String>) {
+        let shown: Vec<&str> = names.iter().map(String::as_str).collect();
+        let error = several(file, &shown);
+        self.ambiguities.push(format!("there are {} recordings in the file", names.len()));
+        self.settle(Topic::Trial);
+        let question = Question { topic: Topic::Trial, error };
+        self.questions.insert(0, question);
+        let trial = |name| Trial { name, columns: None };
+        self.trials = names.into_iter().map(trial).collect();
     }
 
     /// Forgets the questions about a topic.

@@ -631,7 +631,7 @@ fn permute(column: &mut Vec<f64>, order: &[usize]) {
     *column = all.collect();
 }
 
-fn hex(bytes: &[u8]) -> String {
+pub fn hex(bytes: &[u8]) -> String {
     use std::fmt::Write;
     bytes.iter().fold(String::new(), |mut text, byte| {
         // Writing to a String cannot fail.

@@ -100,6 +100,15 @@ impl Quantity {
         }
     }
 
+    /// The quantity that a unit belongs to; a displacement if it is none of a motion.
+    #[must_use]
+    pub fn of_unit(unit: &str) -> Self {
+        let all = [Quantity::Velocity, Quantity::Acceleration];
+        let mut known = all.into_iter();
+        let fits = |kind: &Quantity| crate::model::unit::unit_factor(unit, kind.base_unit()).is_some();
+        known.find(fits).unwrap_or_default()
+    }
+
     /// What it is called.
     #[must_use]
     pub fn label(self) -> &'static str {

@@ -357,6 +357,7 @@ impl Table<'_> {
                     columns: Some(t.choices),
                 })
                 .collect(),
+            is_text: true,
             questions: mapping.questions,
             samples,
         })

@@ -139,7 +139,7 @@ pub(super) fn map_header(
 const MAX_SHOWN_NAMES: usize = 12;
 
 /// The error for a file with several recordings.
-pub(super) fn several(file: &str, names: &[&str]) -> ImportError {
+pub fn several(file: &str, names: &[&str]) -> ImportError {
     let mut shown: Vec<String> = names
         .iter()
         .take(MAX_SHOWN_NAMES)

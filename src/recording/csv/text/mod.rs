@@ -20,7 +20,7 @@ const BLOCK_BYTES: usize = 16 << 20;
 const HEAD_BYTES: usize = 64 << 10;
 
 /// The last part of a path, as a name for the screen.
-pub(super) fn short_name(path: &Path) -> String {
+pub fn short_name(path: &Path) -> String {
     let name = path.file_name().map_or_else(
         || path.display().to_string(),
         |name| name.to_string_lossy().into_owned(),
@@ -60,7 +60,7 @@ pub(super) fn open(path: &Path) -> Result<(File, u64), ImportError> {
 }
 
 /// The whole file.
-pub(super) fn read_file(path: &Path, progress: Option<&Progress>) -> Result<Vec<u8>, ImportError> {
+pub fn read_file(path: &Path, progress: Option<&Progress>) -> Result<Vec<u8>, ImportError> {
     let (mut input, size) = open(path)?;
     let file = || FileText::from(path.display().to_string());
     let too_large = || ImportError::TooLarge {

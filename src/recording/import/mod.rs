@@ -1,0 +1,248 @@
+//! The one door for recordings from files of any kind.
+//!
+//! A file is known by its first bytes, not by its name. Tables of numbers as text go to [`super::csv`];
+//! binary and structured formats are read by [`super::formats`], unpacked where they are wrapped, and
+//! their tables go the same way from there: the same names, units, questions and warnings. Where a file
+//! holds several recordings, `trial` chooses one.
+
+mod raw_text;
+mod source;
+
+use std::borrow::Cow;
+use std::io::Read;
+use std::path::Path;
+
+use sha2::{Digest, Sha256};
+
+use self::source::{Part, is_known, parts_of};
+use super::Recording;
+use super::csv::{self, ImportSettings, Preview, Progress, ReadingChoices};
+use super::error::{ImportError, ImportWarning, WarningKind};
+use super::formats::HEAD_BYTES;
+
+/// Rows of a table that are looked at to see what its columns are.
+const LOOKED_AT_ROWS: usize = 2000;
+
+/// What was understood of a file, for a dialog.
+///
+/// # Errors
+/// [`ImportError`]; each names the file, the place and the remedy.
+pub fn preview(path: &Path) -> Result<Preview, ImportError> {
+    match Source::open(path, None)? {
+        None => csv::preview(path),
+        Some(source) => source.preview(None),
+    }
+}
+
+/// What is understood of a file with answers to what it leaves open.
+///
+/// # Errors
+/// As [`preview`]; an answer that does not fit the file.
+pub fn preview_chosen(path: &Path, choices: &ReadingChoices) -> Result<Preview, ImportError> {
+    let name = path.display().to_string();
+    match Source::open(path, None)? {
+        None => csv::preview_chosen(&name, &csv::read_file(path, None)?, choices),
+        Some(source) => {
+            let (part, _) = source.chosen(choices)?;
+            let mut preview = csv::preview_chosen(&name, &part.head(LOOKED_AT_ROWS), &source.within_part(choices))?;
+            preview.written_by = part.format.map(str::to_owned).or(preview.written_by);
+            preview.is_text = false;
+            let usable = source.usable();
+            if let (true, Some(trial)) = (usable.len() > 1, choices.trial) {
+                preview.offer_trials(&name, usable.iter().map(|part| part.name.clone()).collect());
+                preview.choose_trial(trial)?;
+            }
+            Ok(preview)
+        }
+    }
+}
+
+/// Reads a file as `settings` say.
+///
+/// # Errors
+/// As [`preview`].
+pub fn import(
+    path: &Path,
+    settings: &ImportSettings,
+    progress: Option<&Progress>,
+) -> Result<Recording, ImportError> {
+    let Some(source) = Source::open(path, progress)? else {
+        return csv::import(path, settings, progress);
+    };
+    let (part, settings) = source.part_of(settings)?;
+    let mut recording = csv::import_bytes(&source.file, &part.text(), &settings)?;
+    recording.warnings.splice(0..0, part.notes());
+    Ok(source.named(recording, part))
+}
+
+/// Reads a file as its header says, with answers to what it leaves open.
+///
+/// # Errors
+/// As [`preview`]; what the answers do not decide.
+pub fn import_chosen(
+    path: &Path,
+    choices: &ReadingChoices,
+    progress: Option<&Progress>,
+) -> Result<Recording, ImportError> {
+    let Some(source) = Source::open(path, progress)? else {
+        return csv::import_chosen(path, choices, progress);
+    };
+    let (part, warning) = source.chosen(choices)?;
+    let choices = source.within_part(choices);
+    let mut recording = csv::import_bytes_chosen(&source.file, &part.text(), &choices)?;
+    recording.warnings.splice(0..0, warning.into_iter().chain(part.notes()));
+    Ok(source.named(recording, part))
+}
+
+/// The recordings that a file holds, each as [`import_chosen`] would take it, by name. Names are empty
+/// where there is one.
+///
+/// # Errors
+/// As [`preview`].
+pub fn trials(path: &Path) -> Result<Vec<String>, ImportError> {
+    match Source::open(path, None)? {
+        None => {
+            let bytes = csv::read_file(path, None)?;
+            let found = csv::trials(&path.display().to_string(), &bytes)?;
+            Ok(match &found[..] {
+                [_] => vec![String::new()],
+                all => all.iter().map(|trial| trial.name.clone()).collect(),
+            })
+        }
+        Some(source) => {
+            let usable = source.usable();
+            Ok(match &usable[..] {
+                [] | [_] => vec![String::new()],
+                all => all.iter().map(|part| part.name.clone()).collect(),
+            })
+        }
+    }
+}
+
+/// The voltage of a file; it needs no displacement. `(times [s], volts [V])`.
+///
+/// # Errors
+/// As [`preview`], and if there is no voltage.
+pub fn import_voltage(path: &Path) -> Result<(Vec<f64>, Vec<f64>), ImportError> {
+    match Source::open(path, None)? {
+        None => csv::import_voltage(path),
+        Some(source) => {
+            let (part, _) = source.chosen(&ReadingChoices::default())?;
+            csv::import_voltage_bytes(&source.file, &part.text())
+        }
+    }
+}
+
+/// A file that is not text, or a text in a wrapper.
+struct Source {
+    file: String,
+    path: std::path::PathBuf,
+    sha256: String,
+    parts: Vec<Part>,
+}
+
+impl Source {
+    /// `None` for a file of text.
+    fn open(path: &Path, progress: Option<&Progress>) -> Result<Option<Self>, ImportError> {
+        let name = csv::short_name(path);
+        let mut head = Vec::new();
+        // What cannot be opened is for the reader of text to explain.
+        let Ok(input) = std::fs::File::open(path) else {
+            return Ok(None);
+        };
+        let is_file = input.metadata().is_ok_and(|about| about.is_file());
+        if !is_file || input.take(HEAD_BYTES as u64).read_to_end(&mut head).is_err() || !is_known(&head, &name) {
+            return Ok(None);
+        }
+        let file = path.display().to_string();
+        let bytes = csv::read_file(path, progress)?;
+        let sha256 = csv::hex(&Sha256::digest(&bytes));
+        let parts = parts_of(&file, &name, bytes)?;
+        Ok(Some(Self { file, path: path.to_owned(), sha256, parts }))
+    }
+
+    /// The parts in which a recording is seen; all where none is.
+    fn usable(&self) -> Vec<&Part> {
+        if let [only] = &self.parts[..] {
+            return vec![only];
+        }
+        let looks_right = |part: &&Part| {
+            let head = part.head(LOOKED_AT_ROWS);
+            csv::preview_bytes(&self.file, &head).is_ok_and(|preview| preview.has_motion())
+        };
+        let found: Vec<&Part> = self.parts.iter().filter(looks_right).collect();
+        if found.is_empty() { self.parts.iter().collect() } else { found }
+    }
+
+    /// The part that is asked for, and what is worth saying of the choice.
+    fn chosen(&self, choices: &ReadingChoices) -> Result<(&Part, Option<ImportWarning>), ImportError> {
+        let usable = self.usable();
+        match (&usable[..], choices.trial) {
+            ([], _) => Err(no_table(&self.file)),
+            ([only], _) => Ok((only, self.left_aside(only))),
+            (all, None) => Err(csv::several(&self.file, &names(all))),
+            (all, Some(trial)) => {
+                let part = trial.checked_sub(1).and_then(|i| all.get(i));
+                let part = part.ok_or_else(|| ImportError::NoSuchTrial { file: self.file.clone().into(), trial, count: all.len() })?;
+                Ok((part, None))
+            }
+        }
+    }
+
+    /// Says which of several tables was read where only one can be a recording.
+    fn left_aside(&self, part: &Part) -> Option<ImportWarning> {
+        let others = self.parts.len() - 1;
+        (others > 0).then(|| {
+            let message = format!("the file has {} tables; \"{}\" is read, the others have no time and displacement", others + 1, part.name);
+            ImportWarning::new(WarningKind::FormatNote, others, None, &message)
+        })
+    }
+
+    /// The choices for the text of a part: which recording of the file is decided.
+    fn within_part<'c>(&self, choices: &'c ReadingChoices) -> Cow<'c, ReadingChoices> {
+        if self.usable().len() < 2 {
+            return Cow::Borrowed(choices);
+        }
+        Cow::Owned(ReadingChoices { trial: None, ..choices.clone() })
+    }
+
+    fn part_of(&self, settings: &ImportSettings) -> Result<(&Part, ImportSettings), ImportError> {
+        let choices = ReadingChoices { trial: settings.trial, ..ReadingChoices::default() };
+        let (part, _) = self.chosen(&choices)?;
+        let trial = settings.trial.filter(|_| self.usable().len() < 2);
+        Ok((part, ImportSettings { trial, ..settings.clone() }))
+    }
+
+    fn preview(&self, trial: Option<usize>) -> Result<Preview, ImportError> {
+        let usable = self.usable();
+        let part = trial.and_then(|n| usable.get(n.checked_sub(1)?)).or(usable.first());
+        let Some(part) = part else {
+            return Err(no_table(&self.file));
+        };
+        let mut preview = csv::preview_bytes(&csv::short_name(&self.path), &part.head(LOOKED_AT_ROWS))?;
+        preview.written_by = part.format.map(str::to_owned).or(preview.written_by);
+        preview.warnings.splice(0..0, self.left_aside(part).filter(|_| usable.len() == 1).into_iter().chain(part.notes()));
+        preview.is_text = part.format.is_none() && self.parts.len() == 1;
+        if usable.len() > 1 {
+            preview.offer_trials(&self.file, usable.iter().map(|part| part.name.clone()).collect());
+        }
+        Ok(preview)
+    }
+
+    fn named(&self, mut recording: Recording, part: &Part) -> Recording {
+        let name = csv::short_name(&self.path);
+        recording.name = if self.usable().len() > 1 { format!("{name}: {}", part.name) } else { name };
+        recording.path = Some(self.path.clone());
+        recording.sha256 = Some(self.sha256.clone());
+        recording
+    }
+}
+
+fn no_table(file: &str) -> ImportError {
+    let message = format!("{file}: there is no table of numbers in it; export the recording as CSV");
+    ImportError::Format(message.into())
+}
+
+fn names<'p>(parts: &'p [&Part]) -> Vec<&'p str> {
+    parts.iter().map(|part| part.name.as_str()).collect()
+}
