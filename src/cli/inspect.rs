@@ -12,9 +12,9 @@ use crate::model::drive::DriveReading;
 use crate::model::unit::{counted, format_quantity};
 use crate::recording::csv::{ColumnChoice, ImportSettings, Preview, ReadingChoices};
 use crate::recording::events::{EventOptions, find_events};
+use crate::recording::import;
 use crate::recording::level::estimate_contact_level;
 use crate::recording::{Channel, ImportError, Recording, extremes};
-use crate::recording::import;
 
 /// Arguments of the command.
 #[derive(Debug, Args)]
@@ -111,7 +111,12 @@ fn inspected(path: &Path, choices: &ReadingChoices) -> Result<Vec<Inspected>, Im
     all.collect()
 }
 
-fn describe(path: &Path, trial: Option<String>, recording: &Recording, preview: &Preview) -> Inspected {
+fn describe(
+    path: &Path,
+    trial: Option<String>,
+    recording: &Recording,
+    preview: &Preview,
+) -> Inspected {
     let (first, _) = recording.span();
     let mut channels = Map::new();
     let mut lines = Vec::new();
@@ -125,9 +130,15 @@ fn describe(path: &Path, trial: Option<String>, recording: &Recording, preview: 
         let column = column_of(choice, preview);
         let unit = choice.map_or("", |choice| choice.unit.as_str());
         let write = |value: f64| format_quantity(value, channel.base_unit(), 4);
-        let noise_text = noise.map_or("noise not known".to_owned(), |n| format!("noise {}", write(n)));
+        let noise_text = noise.map_or("noise not known".to_owned(), |n| {
+            format!("noise {}", write(n))
+        });
         let missing = values.iter().filter(|v| !v.is_finite()).count();
-        let missing = if missing > 0 { format!(", {missing} missing") } else { String::new() };
+        let missing = if missing > 0 {
+            format!(", {missing} missing")
+        } else {
+            String::new()
+        };
         lines.push(format!(
             "{:<3} {column} in {unit}: {} to {}, {noise_text}{missing}{}",
             channel.symbol(),
@@ -157,8 +168,16 @@ fn describe(path: &Path, trial: Option<String>, recording: &Recording, preview: 
         }
     };
     lines.push(events(recording));
-    let faults = recording.instrument_faults().faults.iter().map(|fault| fault.sentence());
-    let warnings = recording.warnings.iter().map(|w| w.message.clone()).chain(faults);
+    let faults = recording
+        .instrument_faults()
+        .faults
+        .iter()
+        .map(|fault| fault.sentence());
+    let warnings = recording
+        .warnings
+        .iter()
+        .map(|w| w.message.clone())
+        .chain(faults);
     Inspected {
         file: path.display().to_string(),
         trial,
@@ -180,7 +199,11 @@ fn scaled(settings: &ImportSettings, channel: Channel) -> String {
         Channel::ProofMass => settings.xp_scale,
         Channel::Cantilever => settings.xc_scale,
     };
-    if scale == 1.0 { String::new() } else { format!(", multiplied by {scale}") }
+    if scale == 1.0 {
+        String::new()
+    } else {
+        format!(", multiplied by {scale}")
+    }
 }
 
 /// Name of a column, or its number where it has none.
@@ -213,7 +236,10 @@ fn events(recording: &Recording) -> String {
 }
 
 fn text(one: &Inspected) -> String {
-    let trial = one.trial.as_ref().map_or(String::new(), |trial| format!(", recording {trial}"));
+    let trial = one
+        .trial
+        .as_ref()
+        .map_or(String::new(), |trial| format!(", recording {trial}"));
     let mut text = format!(
         "{}{trial}\n  {} at {} from {}, {} long\n",
         one.file,

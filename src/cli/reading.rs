@@ -61,13 +61,15 @@ impl ReadingArguments {
             all.iter().map(one).collect::<anyhow::Result<Vec<_>>>()
         };
         let signs = pairs("--sign", &self.sign, "xp=-1")?;
-        let signs = signs.into_iter().map(|(channel, value)| match value.as_str() {
-            "-1" => Ok((channel, -1.0)),
-            "1" | "+1" => Ok((channel, 1.0)),
-            _ => Err(anyhow!(
-                "--sign {channel}={value}: a sign is 1 or -1; write for example --sign xp=-1"
-            )),
-        });
+        let signs = signs
+            .into_iter()
+            .map(|(channel, value)| match value.as_str() {
+                "-1" => Ok((channel, -1.0)),
+                "1" | "+1" => Ok((channel, 1.0)),
+                _ => Err(anyhow!(
+                    "--sign {channel}={value}: a sign is 1 or -1; write for example --sign xp=-1"
+                )),
+            });
         Ok(ReadingChoices {
             columns: pairs("--column", &self.column, "xp=3")?,
             units: pairs("--unit", &self.unit, "xp=um")?,
@@ -101,12 +103,14 @@ impl ReadingArguments {
 
 /// `CHANNEL=VALUE` in two.
 fn pair(option: &str, text: &str, example: &str) -> anyhow::Result<(String, String)> {
-    let found = text.split_once('=').map(|(channel, value)| {
-        (channel.trim().to_owned(), value.trim().to_owned())
-    });
+    let found = text
+        .split_once('=')
+        .map(|(channel, value)| (channel.trim().to_owned(), value.trim().to_owned()));
     let is_channel = |name: &str| {
         let known = ["t", "V", "xp", "xc"];
-        known.iter().any(|channel| channel.eq_ignore_ascii_case(name))
+        known
+            .iter()
+            .any(|channel| channel.eq_ignore_ascii_case(name))
     };
     found
         .filter(|(channel, value)| is_channel(channel) && !value.is_empty())
@@ -120,7 +124,10 @@ fn pair(option: &str, text: &str, example: &str) -> anyhow::Result<(String, Stri
 fn encoding(name: &str) -> anyhow::Result<Encoding> {
     Encoding::named(name).ok_or_else(|| {
         let all: Vec<&str> = Encoding::ALL.iter().map(|e| e.label()).collect();
-        anyhow!("--encoding {name}: it is not known; there are {}", all.join(", "))
+        anyhow!(
+            "--encoding {name}: it is not known; there are {}",
+            all.join(", ")
+        )
     })
 }
 

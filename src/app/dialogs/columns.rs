@@ -67,10 +67,16 @@ pub fn interval(ui: &mut Ui, clock: &mut Option<SampleClock>) {
         name(&field, Role::SpinButton, "sampling interval");
         if field.changed() {
             let start = clock.map_or(0.0, |clock| clock.start);
-            *clock = (micros > 0.0).then_some(SampleClock { start, interval: 1e-6 * micros });
+            *clock = (micros > 0.0).then_some(SampleClock {
+                start,
+                interval: 1e-6 * micros,
+            });
         }
         if let Some(clock) = clock {
-            ui.weak(format!("{} samples a second", format_quantity(1.0 / clock.interval, "", 6)));
+            ui.weak(format!(
+                "{} samples a second",
+                format_quantity(1.0 / clock.interval, "", 6)
+            ));
         }
     });
 }
@@ -176,8 +182,15 @@ pub fn sensitivity(ui: &mut Ui, quantity: &str, choice: &mut Option<ColumnChoice
     };
     let mut text = choice.scale.clone().unwrap_or_default();
     ui.horizontal(|ui| {
-        ui.label(format!("{quantity}: 1 {} of the instrument is", choice.unit));
-        let field = ui.add(TextEdit::singleline(&mut text).hint_text("0.5um/V").desired_width(90.0));
+        ui.label(format!(
+            "{quantity}: 1 {} of the instrument is",
+            choice.unit
+        ));
+        let field = ui.add(
+            TextEdit::singleline(&mut text)
+                .hint_text("0.5um/V")
+                .desired_width(90.0),
+        );
         name(&field, Role::TextInput, &format!("{quantity} sensitivity"));
         if field.changed() {
             choice.scale = (!text.trim().is_empty()).then(|| text.trim().to_owned());

@@ -233,7 +233,10 @@ impl ImportDialog {
         let mut chosen = now;
         ui.horizontal(|ui| {
             ui.label("recording");
-            let label = |n: usize| all.get(n - 1).map_or_else(String::new, |t| format!("{n}: {}", t.name));
+            let label = |n: usize| {
+                all.get(n - 1)
+                    .map_or_else(String::new, |t| format!("{n}: {}", t.name))
+            };
             let response = ComboBox::from_id_salt("recording of several")
                 .selected_text(label(now))
                 .width(320.0)
@@ -243,8 +246,15 @@ impl ImportDialog {
                     }
                 })
                 .response;
-            super::columns::name(&response, eframe::egui::Role::ComboBox, "recording of several");
-            ui.weak(format!("of {} in the file; open it again for another one", all.len()));
+            super::columns::name(
+                &response,
+                eframe::egui::Role::ComboBox,
+                "recording of several",
+            );
+            ui.weak(format!(
+                "of {} in the file; open it again for another one",
+                all.len()
+            ));
         });
         (chosen != now).then_some(chosen)
     }
@@ -316,7 +326,10 @@ impl ImportDialog {
     /// Which instant is t = 0, and whether the clock is judged.
     fn clock(&mut self, ui: &mut Ui) {
         let settings = &mut self.settings;
-        let counts = settings.time.as_ref().is_none_or(|time| time.unit == "sample");
+        let counts = settings
+            .time
+            .as_ref()
+            .is_none_or(|time| time.unit == "sample");
         if counts {
             interval(ui, &mut settings.clock);
         }

@@ -14,7 +14,9 @@ use super::reading::{ask_trial, drawn_from, drive_from, import_with, open};
 use super::recent::absolute;
 use super::session_text::RecordingEntry;
 use crate::app::analysis::job::panic_text;
-use crate::recording::csv::{ImportSettings, preview};
+use crate::recording::csv::ImportSettings;
+use crate::recording::formats::FORMATS;
+use crate::recording::import::preview;
 
 /// A file dialog that closes sooner than this was never shown: nobody can answer so fast.
 const MIN_DIALOG_TIME: Duration = Duration::from_millis(250);
@@ -158,10 +160,7 @@ impl Files {
         );
         self.dialog(None, move || {
             let paths = rfd::FileDialog::new()
-                .add_filter(
-                    "recordings, presets, sessions",
-                    &["csv", "txt", "dat", "tsv", "toml"],
-                )
+                .add_filter("recordings, presets, sessions", &extensions())
                 .add_filter("all files", &["*"])
                 .pick_files();
             let chosen = paths.is_some();
@@ -231,6 +230,13 @@ impl Files {
             ));
         }
     }
+}
+
+/// Extensions of the files that can be opened.
+fn extensions() -> Vec<&'static str> {
+    let text = ["csv", "txt", "dat", "tsv", "asc", "prn", "toml"];
+    let known = FORMATS.iter().flat_map(|format| format.extensions());
+    text.into_iter().chain(known.copied()).collect()
 }
 
 #[cfg(test)]

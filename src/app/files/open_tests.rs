@@ -88,9 +88,7 @@ fn an_ambiguous_recording_asks_and_its_settings_are_stored() {
     let [FileEvent::Ask { preview, .. }] = &found[..] else {
         panic!("{found:?}");
     };
-    let column = |index, unit: &str| {
-        Some(crate::recording::csv::ColumnChoice::new(index, unit))
-    };
+    let column = |index, unit: &str| Some(crate::recording::csv::ColumnChoice::new(index, unit));
     let settings = ImportSettings {
         time: column(0, "s"),
         proof_mass: column(2, "um"),

@@ -29,14 +29,14 @@ mod widths;
 pub(crate) mod write;
 
 pub use self::choices::ReadingChoices;
+pub(super) use self::columns::several;
 pub use self::preview::{Preview, Trial, preview, preview_bytes, trials};
+pub(super) use self::read::hex;
 pub use self::settings::{
     ColumnChoice, Decimal, Delimiter, Encoding, ImportSettings, Quantity, SampleClock, TimeZero,
 };
 pub use self::shown::{ShownRows, shown_rows};
 pub use self::text::Progress;
-pub(super) use self::columns::several;
-pub(super) use self::read::hex;
 pub(super) use self::text::{read_file, short_name};
 pub use self::write::{WriteError, write_csv, write_recording};
 
@@ -138,10 +138,7 @@ pub fn import_voltage(path: &Path) -> Result<(Vec<f64>, Vec<f64>), ImportError> 
 ///
 /// # Errors
 /// As [`import_voltage`].
-pub fn import_voltage_bytes(
-    file: &str,
-    bytes: &[u8],
-) -> Result<(Vec<f64>, Vec<f64>), ImportError> {
+pub fn import_voltage_bytes(file: &str, bytes: &[u8]) -> Result<(Vec<f64>, Vec<f64>), ImportError> {
     let preview = preview_head(file, bytes)?;
     let mut settings = ImportSettings {
         time_zero: TimeZero::File,
@@ -160,7 +157,9 @@ pub fn import_voltage_bytes(
     let voltage = voltage.ok_or_else(no_voltage)?;
     let about_motion = |topic: Topic| {
         let roles = [Role::ProofMass, Role::Cantilever];
-        roles.iter().any(|r| [Topic::Column(*r), Topic::Unit(*r), Topic::Scale(*r)].contains(&topic))
+        roles
+            .iter()
+            .any(|r| [Topic::Column(*r), Topic::Unit(*r), Topic::Scale(*r)].contains(&topic))
     };
     let mut open = preview.questions.into_iter();
     if let Some(question) = open.find(|question| !about_motion(question.topic)) {
@@ -230,7 +229,9 @@ pub fn preview_chosen(
     bytes: &[u8],
     choices: &ReadingChoices,
 ) -> Result<Preview, ImportError> {
-    let decoded = choices.encoding.map(|e| text::encoding::decode(bytes, Some(e), false).bytes);
+    let decoded = choices
+        .encoding
+        .map(|e| text::encoding::decode(bytes, Some(e), false).bytes);
     let mut preview = preview_head(name, decoded.as_deref().unwrap_or(bytes))?;
     preview.settings.encoding = choices.encoding.or(preview.settings.encoding);
     choices.apply(&mut preview)?;

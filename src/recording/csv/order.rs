@@ -59,7 +59,11 @@ pub(super) fn analyse(time: &[f64], counting: Counting) -> Order {
         order.reversed = true;
         return order;
     }
-    let forward: Vec<f64> = known.windows(2).map(|w| w[1] - w[0]).filter(|s| *s > 0.0).collect();
+    let forward: Vec<f64> = known
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .filter(|s| *s > 0.0)
+        .collect();
     let steps: Vec<f64> = forward
         .iter()
         .scan(0.0, |t, step| {
@@ -89,16 +93,25 @@ pub(super) fn analyse(time: &[f64], counting: Counting) -> Order {
         let long = k - begin >= MIN_TRIAL_ROWS && added == 0.0;
         // One stamp that is too small is no new start: the next is where it was.
         let ahead = &known[k..(k + MIN_TRIAL_ROWS).min(known.len())];
-        let goes_on = ahead.len() >= MIN_TRIAL_ROWS && ahead.iter().all(|t| *t < before + step)
+        let goes_on = ahead.len() >= MIN_TRIAL_ROWS
+            && ahead.iter().all(|t| *t < before + step)
             && ahead.windows(2).all(|w| w[1] >= w[0]);
         if long && goes_on && since.abs() <= RESTART_SHARE * elapsed {
             starts.push(k);
         }
     }
     if starts.len() > 1 {
-        let first_rows: Vec<usize> = starts.iter().map(|k| if *k == 0 { 0 } else { rows[*k] }).collect();
+        let first_rows: Vec<usize> = starts
+            .iter()
+            .map(|k| if *k == 0 { 0 } else { rows[*k] })
+            .collect();
         let ends = first_rows.iter().skip(1).copied().chain([time.len()]);
-        order.parts = first_rows.iter().copied().zip(ends).map(|(a, b)| a..b).collect();
+        order.parts = first_rows
+            .iter()
+            .copied()
+            .zip(ends)
+            .map(|(a, b)| a..b)
+            .collect();
     }
     order
 }
@@ -106,7 +119,9 @@ pub(super) fn analyse(time: &[f64], counting: Counting) -> Order {
 /// The period of a counter that goes from `before` to `now` in about one `step`.
 fn wrap_period(before: f64, now: f64, step: f64, counting: Counting) -> Option<f64> {
     let fall = before - now + step;
-    let counters = COUNTER_BITS.iter().map(|bits| 2f64.powi(*bits) * counting.unit);
+    let counters = COUNTER_BITS
+        .iter()
+        .map(|bits| 2f64.powi(*bits) * counting.unit);
     let days = counting.is_clock.then_some(86_400.0);
     let mut periods = counters.chain(days);
     // A counter is below its period everywhere.
@@ -124,9 +139,9 @@ fn changes_unit(before: f64, now: f64, step: f64, counting: Counting) -> bool {
     let (before, now) = (counting.origin + before, counting.origin + now);
     let expected = before + step;
     now > 0.0
-        && [1e3, 1e6].iter().any(|factor| {
-            (now * factor - expected).abs() <= UNIT_CHANGE_TOLERANCE * expected
-        })
+        && [1e3, 1e6]
+            .iter()
+            .any(|factor| (now * factor - expected).abs() <= UNIT_CHANGE_TOLERANCE * expected)
 }
 
 /// The rows in the order of their times, where some that do not follow the others lie between them;
@@ -188,7 +203,9 @@ mod tests {
 
     #[test]
     fn counters_begin_again() {
-        let time: Vec<f64> = (0..100).map(|i| f64::from((65_000 + 20 * i) % 65_536) * 1e-6).collect();
+        let time: Vec<f64> = (0..100)
+            .map(|i| f64::from((65_000 + 20 * i) % 65_536) * 1e-6)
+            .collect();
         let counting = Counting {
             unit: 1e-6,
             ..PLAIN
@@ -197,7 +214,9 @@ mod tests {
         assert_eq!(order.wraps.len(), 1);
         assert!((order.wraps[0].1 - 65_536e-6).abs() < 1e-12);
         assert_eq!(order.parts.len(), 1);
-        let midnight: Vec<f64> = (0..100).map(|i| (86_399.0 + 0.1 * f64::from(i)) % 86_400.0).collect();
+        let midnight: Vec<f64> = (0..100)
+            .map(|i| (86_399.0 + 0.1 * f64::from(i)) % 86_400.0)
+            .collect();
         let counting = Counting {
             unit: 1.0,
             is_clock: true,

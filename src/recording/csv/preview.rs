@@ -112,11 +112,18 @@ impl Preview {
     pub(in crate::recording) fn offer_trials(&mut self, file: &str, names: Vec<String>) {
         let shown: Vec<&str> = names.iter().map(String::as_str).collect();
         let error = several(file, &shown);
-        self.ambiguities.push(format!("there are {} recordings in the file", names.len()));
+        self.ambiguities
+            .push(format!("there are {} recordings in the file", names.len()));
         self.settle(Topic::Trial);
-        let question = Question { topic: Topic::Trial, error };
+        let question = Question {
+            topic: Topic::Trial,
+            error,
+        };
         self.questions.insert(0, question);
-        let trial = |name| Trial { name, columns: None };
+        let trial = |name| Trial {
+            name,
+            columns: None,
+        };
         self.trials = names.into_iter().map(trial).collect();
     }
 

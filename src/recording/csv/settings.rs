@@ -105,7 +105,8 @@ impl Quantity {
     pub fn of_unit(unit: &str) -> Self {
         let all = [Quantity::Velocity, Quantity::Acceleration];
         let mut known = all.into_iter();
-        let fits = |kind: &Quantity| crate::model::unit::unit_factor(unit, kind.base_unit()).is_some();
+        let fits =
+            |kind: &Quantity| crate::model::unit::unit_factor(unit, kind.base_unit()).is_some();
         known.find(fits).unwrap_or_default()
     }
 
@@ -224,7 +225,9 @@ impl Encoding {
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let name = name.trim().to_lowercase();
-        let label = name.strip_prefix("cp125").map(|n| format!("windows-125{n}"));
+        let label = name
+            .strip_prefix("cp125")
+            .map(|n| format!("windows-125{n}"));
         let found = encoding_rs::Encoding::for_label(label.unwrap_or(name).as_bytes())?;
         Self::ALL.into_iter().find(|e| e.decoder() == found)
     }

@@ -58,7 +58,11 @@ pub fn shown_rows(head: &[u8], settings: &ImportSettings) -> ShownRows {
         .map(|line| show_row(line, delimiter))
         .collect();
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    ShownRows { header, columns, rows }
+    ShownRows {
+        header,
+        columns,
+        rows,
+    }
 }
 
 #[cfg(test)]
@@ -69,13 +73,21 @@ mod tests {
     #[test]
     fn settings_decide_how_rows_are_split() {
         let of = |text: &[u8], delimiter, skip_lines| {
-            let settings = ImportSettings { delimiter, skip_lines, ..ImportSettings::default() };
+            let settings = ImportSettings {
+                delimiter,
+                skip_lines,
+                ..ImportSettings::default()
+            };
             shown_rows(text, &settings)
         };
         let found = of(b"0 1\n 2   3\n", Delimiter::Spaces, 0);
         assert_eq!(found.rows, [["0", "1"], ["2", "3"]]);
         let found = of(b"1,\"2\n3,4\n", Delimiter::Comma, 0);
-        assert_eq!(found.rows[1], ["3", "4"], "an unpaired quote affects one row only");
+        assert_eq!(
+            found.rows[1],
+            ["3", "4"],
+            "an unpaired quote affects one row only"
+        );
         assert_eq!(of(b"1,2\n", Delimiter::Tab, 99), ShownRows::default());
         assert_eq!(of(b"", Delimiter::Comma, 0), ShownRows::default());
         let settings = ImportSettings {

@@ -44,7 +44,11 @@ pub fn preview_chosen(path: &Path, choices: &ReadingChoices) -> Result<Preview, 
         None => csv::preview_chosen(&name, &csv::read_file(path, None)?, choices),
         Some(source) => {
             let (part, _) = source.chosen(choices)?;
-            let mut preview = csv::preview_chosen(&name, &part.head(LOOKED_AT_ROWS), &source.within_part(choices))?;
+            let mut preview = csv::preview_chosen(
+                &name,
+                &part.head(LOOKED_AT_ROWS),
+                &source.within_part(choices),
+            )?;
             preview.written_by = part.format.map(str::to_owned).or(preview.written_by);
             preview.is_text = false;
             let usable = source.usable();
@@ -90,7 +94,9 @@ pub fn import_chosen(
     let (part, warning) = source.chosen(choices)?;
     let choices = source.within_part(choices);
     let mut recording = csv::import_bytes_chosen(&source.file, &part.text(), &choices)?;
-    recording.warnings.splice(0..0, warning.into_iter().chain(part.notes()));
+    recording
+        .warnings
+        .splice(0..0, warning.into_iter().chain(part.notes()));
     Ok(source.named(recording, part))
 }
 
@@ -151,14 +157,25 @@ impl Source {
             return Ok(None);
         };
         let is_file = input.metadata().is_ok_and(|about| about.is_file());
-        if !is_file || input.take(HEAD_BYTES as u64).read_to_end(&mut head).is_err() || !is_known(&head, &name) {
+        if !is_file
+            || input
+                .take(HEAD_BYTES as u64)
+                .read_to_end(&mut head)
+                .is_err()
+            || !is_known(&head, &name)
+        {
             return Ok(None);
         }
         let file = path.display().to_string();
         let bytes = csv::read_file(path, progress)?;
         let sha256 = csv::hex(&Sha256::digest(&bytes));
         let parts = parts_of(&file, &name, bytes)?;
-        Ok(Some(Self { file, path: path.to_owned(), sha256, parts }))
+        Ok(Some(Self {
+            file,
+            path: path.to_owned(),
+            sha256,
+            parts,
+        }))
     }
 
     /// The parts in which a recording is seen; all where none is.
@@ -171,11 +188,18 @@ impl Source {
             csv::preview_bytes(&self.file, &head).is_ok_and(|preview| preview.has_motion())
         };
         let found: Vec<&Part> = self.parts.iter().filter(looks_right).collect();
-        if found.is_empty() { self.parts.iter().collect() } else { found }
+        if found.is_empty() {
+            self.parts.iter().collect()
+        } else {
+            found
+        }
     }
 
     /// The part that is asked for, and what is worth saying of the choice.
-    fn chosen(&self, choices: &ReadingChoices) -> Result<(&Part, Option<ImportWarning>), ImportError> {
+    fn chosen(
+        &self,
+        choices: &ReadingChoices,
+    ) -> Result<(&Part, Option<ImportWarning>), ImportError> {
         let usable = self.usable();
         match (&usable[..], choices.trial) {
             ([], _) => Err(no_table(&self.file)),
@@ -183,7 +207,11 @@ impl Source {
             (all, None) => Err(csv::several(&self.file, &names(all))),
             (all, Some(trial)) => {
                 let part = trial.checked_sub(1).and_then(|i| all.get(i));
-                let part = part.ok_or_else(|| ImportError::NoSuchTrial { file: self.file.clone().into(), trial, count: all.len() })?;
+                let part = part.ok_or_else(|| ImportError::NoSuchTrial {
+                    file: self.file.clone().into(),
+                    trial,
+                    count: all.len(),
+                })?;
                 Ok((part, None))
             }
         }
@@ -193,7 +221,11 @@ impl Source {
     fn left_aside(&self, part: &Part) -> Option<ImportWarning> {
         let others = self.parts.len() - 1;
         (others > 0).then(|| {
-            let message = format!("the file has {} tables; \"{}\" is read, the others have no time and displacement", others + 1, part.name);
+            let message = format!(
+                "the file has {} tables; \"{}\" is read, the others have no time and displacement",
+                others + 1,
+                part.name
+            );
             ImportWarning::new(WarningKind::FormatNote, others, None, &message)
         })
     }
@@ -203,35 +235,63 @@ impl Source {
         if self.usable().len() < 2 {
             return Cow::Borrowed(choices);
         }
-        Cow::Owned(ReadingChoices { trial: None, ..choices.clone() })
+        Cow::Owned(ReadingChoices {
+            trial: None,
+            ..choices.clone()
+        })
     }
 
     fn part_of(&self, settings: &ImportSettings) -> Result<(&Part, ImportSettings), ImportError> {
-        let choices = ReadingChoices { trial: settings.trial, ..ReadingChoices::default() };
+        let choices = ReadingChoices {
+            trial: settings.trial,
+            ..ReadingChoices::default()
+        };
         let (part, _) = self.chosen(&choices)?;
         let trial = settings.trial.filter(|_| self.usable().len() < 2);
-        Ok((part, ImportSettings { trial, ..settings.clone() }))
+        Ok((
+            part,
+            ImportSettings {
+                trial,
+                ..settings.clone()
+            },
+        ))
     }
 
     fn preview(&self, trial: Option<usize>) -> Result<Preview, ImportError> {
         let usable = self.usable();
-        let part = trial.and_then(|n| usable.get(n.checked_sub(1)?)).or(usable.first());
+        let part = trial
+            .and_then(|n| usable.get(n.checked_sub(1)?))
+            .or(usable.first());
         let Some(part) = part else {
             return Err(no_table(&self.file));
         };
-        let mut preview = csv::preview_bytes(&csv::short_name(&self.path), &part.head(LOOKED_AT_ROWS))?;
+        let mut preview =
+            csv::preview_bytes(&csv::short_name(&self.path), &part.head(LOOKED_AT_ROWS))?;
         preview.written_by = part.format.map(str::to_owned).or(preview.written_by);
-        preview.warnings.splice(0..0, self.left_aside(part).filter(|_| usable.len() == 1).into_iter().chain(part.notes()));
+        preview.warnings.splice(
+            0..0,
+            self.left_aside(part)
+                .filter(|_| usable.len() == 1)
+                .into_iter()
+                .chain(part.notes()),
+        );
         preview.is_text = part.format.is_none() && self.parts.len() == 1;
         if usable.len() > 1 {
-            preview.offer_trials(&self.file, usable.iter().map(|part| part.name.clone()).collect());
+            preview.offer_trials(
+                &self.file,
+                usable.iter().map(|part| part.name.clone()).collect(),
+            );
         }
         Ok(preview)
     }
 
     fn named(&self, mut recording: Recording, part: &Part) -> Recording {
         let name = csv::short_name(&self.path);
-        recording.name = if self.usable().len() > 1 { format!("{name}: {}", part.name) } else { name };
+        recording.name = if self.usable().len() > 1 {
+            format!("{name}: {}", part.name)
+        } else {
+            name
+        };
         recording.path = Some(self.path.clone());
         recording.sha256 = Some(self.sha256.clone());
         recording
@@ -239,7 +299,8 @@ impl Source {
 }
 
 fn no_table(file: &str) -> ImportError {
-    let message = format!("{file}: there is no table of numbers in it; export the recording as CSV");
+    let message =
+        format!("{file}: there is no table of numbers in it; export the recording as CSV");
     ImportError::Format(message.into())
 }
 

@@ -14,7 +14,11 @@ const NUMBER_LENGTH: usize = 20;
 /// them. Where the file gives a rate, a column of times is put first.
 pub fn text_of(table: &RawTable) -> Vec<u8> {
     let mut text = Vec::new();
-    let mut header: Vec<String> = table.columns.iter().map(|c| heading(&c.name, c.unit.as_deref())).collect();
+    let mut header: Vec<String> = table
+        .columns
+        .iter()
+        .map(|c| heading(&c.name, c.unit.as_deref()))
+        .collect();
     if table.clock.is_some() {
         header.insert(0, "time [s]".to_owned());
     }
@@ -37,8 +41,13 @@ fn block(table: &RawTable, rows: std::ops::Range<usize>, columns: usize) -> Vec<
     let mut out = Vec::with_capacity(rows.len() * columns * NUMBER_LENGTH);
     let mut buffer = zmij::Buffer::new();
     for row in rows {
-        let time = table.clock.map(|clock| clock.start + row as f64 * clock.interval);
-        let values = table.columns.iter().map(|c| c.values.get(row).copied().unwrap_or(f64::NAN));
+        let time = table
+            .clock
+            .map(|clock| clock.start + row as f64 * clock.interval);
+        let values = table
+            .columns
+            .iter()
+            .map(|c| c.values.get(row).copied().unwrap_or(f64::NAN));
         for (i, value) in time.into_iter().chain(values).enumerate() {
             if i > 0 {
                 out.push(b'\t');
@@ -85,7 +94,10 @@ mod tests {
         let values = vec![0.1 + 0.2, -1.0 / 3.0, 6.02e23, f64::NAN];
         let table = RawTable {
             name: "a".to_owned(),
-            columns: vec![column("V\t1", Some("V"), values.clone()), column("xp", None, vec![1.0; 4])],
+            columns: vec![
+                column("V\t1", Some("V"), values.clone()),
+                column("xp", None, vec![1.0; 4]),
+            ],
             clock: SampleClock::new(0.5, 2e-5),
             notes: Vec::new(),
         };

@@ -43,9 +43,18 @@ impl Part {
                 let cut = |values: &Vec<f64>| values.iter().take(rows).copied().collect();
                 let columns = table.columns.iter().map(|column| {
                     let values = cut(&column.values);
-                    crate::recording::raw_table::RawColumn { values, name: column.name.clone(), unit: column.unit.clone() }
+                    crate::recording::raw_table::RawColumn {
+                        values,
+                        name: column.name.clone(),
+                        unit: column.unit.clone(),
+                    }
                 });
-                let head = RawTable { columns: columns.collect(), name: String::new(), notes: Vec::new(), clock: table.clock };
+                let head = RawTable {
+                    columns: columns.collect(),
+                    name: String::new(),
+                    notes: Vec::new(),
+                    clock: table.clock,
+                };
                 Cow::Owned(text_of(&head))
             }
         }
@@ -57,7 +66,9 @@ impl Part {
             return Vec::new();
         };
         let notes = table.notes.iter();
-        notes.map(|note| ImportWarning::new(WarningKind::FormatNote, 1, None, note)).collect()
+        notes
+            .map(|note| ImportWarning::new(WarningKind::FormatNote, 1, None, note))
+            .collect()
     }
 }
 
@@ -85,19 +96,37 @@ fn gather(
 ) -> Result<(), ImportError> {
     let head = bytes.get(..bytes.len().min(HEAD_BYTES)).unwrap_or_default();
     let Some(format) = formats::recognise(head, name) else {
-        parts.push(Part { name: path.to_owned(), format: None, content: Content::Text(bytes) });
+        parts.push(Part {
+            name: path.to_owned(),
+            format: None,
+            content: Content::Text(bytes),
+        });
         return Ok(());
     };
-    let inside = |inner: &str| if path.is_empty() { inner.to_owned() } else { format!("{path}/{inner}") };
-    let content = format.read(file, &bytes).map_err(|error| ImportError::Format(error.to_string().into()))?;
+    let inside = |inner: &str| {
+        if path.is_empty() {
+            inner.to_owned()
+        } else {
+            format!("{path}/{inner}")
+        }
+    };
+    let content = format
+        .read(file, &bytes)
+        .map_err(|error| ImportError::Format(error.to_string().into()))?;
     drop(bytes);
-    let too_deep = || ImportError::Format(
+    let too_deep = || {
+        ImportError::Format(
         format!("{file}: archives lie within archives here more than {MAX_DEPTH} deep; unpack the file and open the recording in it").into(),
-    );
+    )
+    };
     match content {
         FormatContent::Tables(tables) => {
             for table in tables {
-                parts.push(Part { name: inside(&table.name), format: Some(format.name()), content: Content::Table(table) });
+                parts.push(Part {
+                    name: inside(&table.name),
+                    format: Some(format.name()),
+                    content: Content::Table(table),
+                });
             }
         }
         FormatContent::Inner { name, bytes } => {

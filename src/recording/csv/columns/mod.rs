@@ -218,8 +218,9 @@ pub(super) fn map_by_count(
         file: file.into(),
         line,
         question: format!("there is no header that names the {columns} columns").into(),
-        options: "--column t=1 --column xp=3 --unit xp=um (and --column V=2), with the right numbers"
-            .into(),
+        options:
+            "--column t=1 --column xp=3 --unit xp=um (and --column V=2), with the right numbers"
+                .into(),
     };
     let topic = Topic::Column(Role::Time);
     mapping.ask(topic, error.clone(), short.clone());

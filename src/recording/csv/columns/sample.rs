@@ -31,7 +31,10 @@ pub(in crate::recording::csv) fn columns(
     count: usize,
     decimal: Decimal,
 ) -> (Vec<ColumnSample>, Vec<Evidence>) {
-    let table: Vec<Vec<&[u8]>> = rows.iter().map(|row| cells(row, delimiter).collect()).collect();
+    let table: Vec<Vec<&[u8]>> = rows
+        .iter()
+        .map(|row| cells(row, delimiter).collect())
+        .collect();
     let column = |i: usize| table.iter().filter_map(move |row| row.get(i).copied());
     let evidence: Vec<Evidence> = (0..count)
         .map(|i| {
@@ -83,9 +86,7 @@ fn of_cells(cells: &[&[u8]], marks: Marks) -> ColumnSample {
         } else {
             f64::NAN
         },
-        counts: all.len() > 1
-            && first.fract() == 0.0
-            && all.windows(2).all(|w| w[1] - w[0] == 1.0),
+        counts: all.len() > 1 && first.fract() == 0.0 && all.windows(2).all(|w| w[1] - w[0] == 1.0),
         is_clock: all.is_empty() && clocks > 0 && 2 * clocks >= cells.len(),
         has_date: cells.iter().any(|cell| calendar::has_date(&text(cell))),
         numbers: all.len(),

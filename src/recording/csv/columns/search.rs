@@ -73,7 +73,11 @@ impl<'a> ColumnSearch<'a> {
 
     fn name(&self, i: usize) -> String {
         let name = self.cells.get(i).map_or("", |cell| cell.trim());
-        format!("{} (\"{}\")", i + 1, name.chars().take(40).collect::<String>())
+        format!(
+            "{} (\"{}\")",
+            i + 1,
+            name.chars().take(40).collect::<String>()
+        )
     }
 
     fn names(&self, columns: &[usize]) -> String {
@@ -293,7 +297,10 @@ impl<'a> ColumnSearch<'a> {
     }
 
     fn unknown_unit(&mut self, role: Role, i: usize) {
-        let unit = self.column(i).and_then(|c| c.unit.clone()).unwrap_or_default();
+        let unit = self
+            .column(i)
+            .and_then(|c| c.unit.clone())
+            .unwrap_or_default();
         let short = format!("\"{unit}\" is not a unit for {}", role.quantity());
         let error = ImportError::UnknownUnit {
             file: self.facts.file.into(),
@@ -359,7 +366,8 @@ impl<'a> ColumnSearch<'a> {
                 self.name(other)
             );
             let line = Some(self.facts.line);
-            self.mapping.warn(WarningKind::DuplicateColumn, line, message);
+            self.mapping
+                .warn(WarningKind::DuplicateColumn, line, message);
             self.taken.push(other);
         }
     }
@@ -381,7 +389,9 @@ impl<'a> ColumnSearch<'a> {
             let options = format!("--unit {}=um (or m, mm, nm)", role.symbol());
             let error = self.undecided(question, options);
             let topic = Topic::Unit(role);
-            self.mapping.questions.push(super::Question { topic, error });
+            self.mapping
+                .questions
+                .push(super::Question { topic, error });
         }
         unit.to_owned()
     }
@@ -395,9 +405,7 @@ impl<'a> ColumnSearch<'a> {
         let unit = time.and_then(|t| super::units::time_unit(&t.unit, None));
         let step = time.and_then(|t| self.facts.samples.get(t.index));
         match (unit, step) {
-            (Some(unit), Some(sample)) => {
-                sample.step.abs() * unit.factor * 10f64.powi(unit.shift)
-            }
+            (Some(unit), Some(sample)) => sample.step.abs() * unit.factor * 10f64.powi(unit.shift),
             _ => f64::NAN,
         }
     }
@@ -414,16 +422,17 @@ impl<'a> ColumnSearch<'a> {
             return;
         }
         if let Some(i) = self
-            .candidates(role, |c| !matches!(c.kind, Some(UnitKind::Velocity | UnitKind::Acceleration)))
+            .candidates(role, |c| {
+                !matches!(c.kind, Some(UnitKind::Velocity | UnitKind::Acceleration))
+            })
             .first()
             .copied()
         {
             self.unknown_unit(role, i);
             return;
         }
-        let lengths = self.free_with(|c| {
-            c.kind == Some(UnitKind::Length) && c.rank(Role::Cantilever).is_none()
-        });
+        let lengths = self
+            .free_with(|c| c.kind == Some(UnitKind::Length) && c.rank(Role::Cantilever).is_none());
         match lengths.as_slice() {
             [] => {}
             [only] => {
@@ -464,7 +473,10 @@ impl<'a> ColumnSearch<'a> {
             let unit = self.column(*first).and_then(|c| c.unit.clone());
             settings.proof_mass = Some(ColumnChoice {
                 kind: quantity,
-                ..ColumnChoice::new(*first, unit.unwrap_or_else(|| quantity.base_unit().to_owned()))
+                ..ColumnChoice::new(
+                    *first,
+                    unit.unwrap_or_else(|| quantity.base_unit().to_owned()),
+                )
             });
             self.taken.extend_from_slice(&found);
             let said = format!(
@@ -473,15 +485,13 @@ impl<'a> ColumnSearch<'a> {
                 quantity.label()
             );
             if !rest.is_empty() {
-                let question =
-                    format!("{said}, and there are others: {}", self.names(rest));
+                let question = format!("{said}, and there are others: {}", self.names(rest));
                 let options = format!("--column xp={} (it is integrated)", first + 1);
                 let error = self.undecided(question.clone(), options);
                 self.mapping.ask(Topic::Column(role), error, question);
             } else if quantity == Quantity::Acceleration {
-                let question = format!(
-                    "{said}: integrated twice, its errors grow with the square of time"
-                );
+                let question =
+                    format!("{said}: integrated twice, its errors grow with the square of time");
                 let options = format!(
                     "--column xp={} to integrate it all the same, or record a displacement or a velocity",
                     first + 1
@@ -579,11 +589,16 @@ impl<'a> ColumnSearch<'a> {
             self.needs_scale(role, *only, settings);
             return;
         }
-        if let Some(i) = self.candidates(role, |c| !c.is_rate(UnitKind::Velocity)).first() {
+        if let Some(i) = self
+            .candidates(role, |c| !c.is_rate(UnitKind::Velocity))
+            .first()
+        {
             let message = format!(
                 "column {} (V) is in \"{}\", which is not a unit for voltage; it is left out (write V or mV)",
                 self.name(*i),
-                self.column(*i).and_then(|c| c.unit.clone()).unwrap_or_default(),
+                self.column(*i)
+                    .and_then(|c| c.unit.clone())
+                    .unwrap_or_default(),
             );
             let line = Some(self.facts.line);
             self.mapping.warn(WarningKind::IgnoredColumn, line, message);

@@ -46,10 +46,7 @@ pub(in crate::recording::csv) fn time_unit(unit: &str, interval: Option<f64>) ->
         factor: 1.0,
         is_clock: false,
     };
-    let times = |factor| TimeUnit {
-        factor,
-        ..plain(0)
-    };
+    let times = |factor| TimeUnit { factor, ..plain(0) };
     match unit.trim().to_lowercase().as_str() {
         "min" | "mins" | "minute" | "minutes" => Some(times(60.0)),
         "h" | "hr" | "hrs" | "hour" | "hours" => Some(times(3600.0)),
@@ -81,8 +78,8 @@ fn plain_unit(unit: &str, base: &str) -> String {
         "millimeter" | "millimeters" | "millimetre" | "millimetres" => "mm",
         "nanometer" | "nanometers" | "nanometre" | "nanometres" => "nm",
         // `S`, `MS`, `UM`, `mv`: capitals that change no prefix people mean here.
-        "s" | "ms" | "us" | "\u{b5}s" | "\u{3bc}s" | "ns" | "um" | "\u{b5}m" | "\u{3bc}m" | "nm"
-        | "cm"
+        "s" | "ms" | "us" | "\u{b5}s" | "\u{3bc}s" | "ns" | "um" | "\u{b5}m" | "\u{3bc}m"
+        | "nm" | "cm"
             if base != "V" =>
         {
             lower.as_str()
@@ -104,7 +101,11 @@ pub(in crate::recording::csv) fn unit_shift(unit: &str, base: &str) -> Option<i3
     let lower = unit.trim().to_lowercase();
     let squeezed: String = lower.chars().filter(|c| !c.is_whitespace()).collect();
     match base {
-        "m" if matches!(squeezed.as_str(), "\u{e5}" | "\u{212b}" | "angstrom" | "a\u{30a}") => {
+        "m" if matches!(
+            squeezed.as_str(),
+            "\u{e5}" | "\u{212b}" | "angstrom" | "a\u{30a}"
+        ) =>
+        {
             Some(-10)
         }
         "m/s" | "m/s^2" => {

@@ -38,9 +38,11 @@ impl Head<'_> {
                 .is_some_and(|own| own.eq_ignore_ascii_case(name.as_bytes()))
         };
         let mut found = head.enumerate().filter(|(_, line)| starts(line));
-        found
-            .map(|(i, _)| (i, self.cells(i)))
-            .find(|(_, cells)| cells.first().is_some_and(|c| c.trim_end_matches(':').eq_ignore_ascii_case(name)))
+        found.map(|(i, _)| (i, self.cells(i))).find(|(_, cells)| {
+            cells
+                .first()
+                .is_some_and(|c| c.trim_end_matches(':').eq_ignore_ascii_case(name))
+        })
     }
 
     /// The cells after `name` in its line.

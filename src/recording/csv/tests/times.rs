@@ -3,8 +3,8 @@
 use std::fmt::Display;
 
 use super::{auto, fails, kinds};
-use crate::recording::{Channel, ImportError, ImportWarning, Recording, WarningKind};
 use crate::recording::csv::*;
+use crate::recording::{Channel, ImportError, ImportWarning, Recording, WarningKind};
 
 /// A file of these times, with a motion.
 fn file<T: Display>(header: &str, times: impl Iterator<Item = T>) -> String {
