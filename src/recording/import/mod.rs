@@ -7,6 +7,8 @@
 
 mod raw_text;
 mod source;
+#[cfg(test)]
+mod tests;
 
 use std::borrow::Cow;
 use std::io::Read;
