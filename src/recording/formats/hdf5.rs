@@ -3,8 +3,9 @@
 //!
 //! Attributes that name a unit, a sampling rate or an interval are used.
 
+use hdf5_reader::group::Group;
 use hdf5_reader::messages::datatype::Datatype;
-use hdf5_reader::{Attribute, Dataset, Group, Hdf5File, OpenOptions};
+use hdf5_reader::{Attribute, Dataset, Hdf5File, OpenOptions};
 
 use super::arrays::{ArrayLabel, Arrays, joined, stem};
 use super::bytes::{ByteOrder, NumberType};

@@ -65,7 +65,7 @@ impl Attributes {
     pub fn of(list: &[Attribute], path: &str, scalars: &mut Vec<(String, String, f64)>) -> Self {
         let mut found = Self::default();
         for attribute in list {
-            let name = attribute.name().to_lowercase();
+            let name = attribute.name.to_lowercase();
             let has = |names: &[&str]| names.contains(&name.as_str());
             let number = number(attribute);
             if has(&UNIT_NAMES) {
@@ -84,7 +84,7 @@ impl Attributes {
                 } else if has(&START_NAMES) {
                     found.start = Some(number);
                 } else if !name.starts_with("matlab_") {
-                    scalars.push((path.to_owned(), attribute.name().to_owned(), number));
+                    scalars.push((path.to_owned(), attribute.name.clone(), number));
                 }
             }
         }
