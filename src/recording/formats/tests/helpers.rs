@@ -8,7 +8,7 @@ macro_rules! test_file {
     ($name:literal) => {
         (
             $name,
-            &include_bytes!(concat!("../../../../assets/test_files/formats/", $name))[..],
+            include_bytes!(concat!("../../../../assets/test_files/formats/", $name)) as &[u8],
         )
     };
 }

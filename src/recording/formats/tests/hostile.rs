@@ -76,8 +76,11 @@ fn repacked(bytes: &[u8], which: prop::sample::Index, change: impl Fn(&mut Vec<u
         if index == which {
             change(&mut part);
         }
-        to.start_file(entry.name(), zip::write::SimpleFileOptions::default())
-            .unwrap();
+        to.start_file(
+            entry.name().unwrap(),
+            zip::write::SimpleFileOptions::default(),
+        )
+        .unwrap();
         to.write_all(&part).unwrap();
     }
     to.finish().unwrap().into_inner()

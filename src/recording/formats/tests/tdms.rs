@@ -147,12 +147,11 @@ fn a_second_segment_without_metadata_goes_on() {
 #[test]
 fn files_that_were_not_closed_or_cut() {
     let bytes = Segment::of_two(false, 3).with(FLAGS, Some(u64::MAX), &[1, 2, 3, 4, 5]);
-    let read = table(("a.tdms", &bytes));
-    assert_eq!(values(&read, "a"), [1.0, 2.0, 3.0]);
-    let padded = values(&read, "b");
-    assert_eq!(padded[..2], [4.0, 5.0]);
-    assert!(padded.len() == 2 || padded[2].is_nan());
-    assert!(notes_say(&read, &["not closed"]));
+    // Without a clock, channels of different lengths are tables of their own.
+    let read = tables(("a.tdms", &bytes));
+    assert_eq!(values(&read[0], "a"), [1.0, 2.0, 3.0]);
+    assert_eq!(values(&read[1], "b"), [4.0, 5.0]);
+    assert!(notes_say(&read[1], &["not closed"]));
     let bytes = Segment::of_two(false, 1).with(FLAGS, Some(1 << 40), &[1, 2]);
     assert!(notes_say(&table(("a.tdms", &bytes)), &["cut off"]));
 }
