@@ -114,7 +114,7 @@ pub fn chooser(
                         Some(choice) => choice.unit.clone(),
                         None => unit_of(name, units),
                     };
-                    *choice = Some(ColumnChoice { index, unit });
+                    *choice = Some(ColumnChoice::new(index, unit));
                 }
             }
         })

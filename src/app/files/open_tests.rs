@@ -89,10 +89,7 @@ fn an_ambiguous_recording_asks_and_its_settings_are_stored() {
         panic!("{found:?}");
     };
     let column = |index, unit: &str| {
-        Some(crate::recording::csv::ColumnChoice {
-            index,
-            unit: unit.to_owned(),
-        })
+        Some(crate::recording::csv::ColumnChoice::new(index, unit))
     };
     let settings = ImportSettings {
         time: column(0, "s"),

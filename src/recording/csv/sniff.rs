@@ -11,7 +11,7 @@ use super::number::{self, calendar};
 use super::preview::{Preview, Trial};
 use super::scopes::{self, Head, ScopeHeader};
 use super::settings::{Decimal, Delimiter, ImportSettings};
-use super::text::encoding::decode;
+use super::text::encoding::{decode, encoding_warning};
 use super::text::reshape::{find_cell_ends, labels, reshape};
 use super::text::Text;
 use crate::recording::error::{ImportError, visible};
@@ -228,8 +228,10 @@ pub(super) fn look(
         columns: start.1,
     };
     let mut preview = table.preview(scope)?;
-    if decoded.guessed {
-        preview.settings.encoding = decoded.from;
+    if let Some(encoding) = decoded.from.filter(|_| decoded.guessed) {
+        preview.settings.encoding = Some(encoding);
+        let warning = encoding_warning(encoding);
+        preview.warnings.insert(0, warning);
     }
     Ok(preview)
 }
@@ -312,7 +314,7 @@ impl Table<'_> {
         // The time is judged by rows that follow each other.
         let head_rows = rows.get(..rows.len().min(self.lines.len())).unwrap_or(&rows);
         let (_, evidence) = sample::columns(&rows, delimiter, count, Decimal::Point);
-        let decimal = certain_decimal(&evidence).unwrap_or_default();
+        let decimal = certain_decimal(&evidence, delimiter).unwrap_or_default();
         let (samples, _) = sample::columns(head_rows, delimiter, count, decimal);
         let mut settings = ImportSettings {
             delimiter: way.delimiter,
@@ -364,7 +366,7 @@ impl Table<'_> {
 
     /// Asks for the decimal mark where the cells of a column that is read allow both.
     fn ask_decimal(&self, evidence: &[Evidence], settings: &ImportSettings, mapping: &mut Mapping) {
-        let others = certain_decimal(evidence);
+        let others = certain_decimal(evidence, self.way.delimiter.byte());
         let chosen = [
             &settings.time,
             &settings.voltage,

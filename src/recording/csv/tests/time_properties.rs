@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use super::auto;
-use crate::recording::ExactTime;
+use crate::recording::{ExactTime, WarningKind};
 use crate::recording::csv::*;
 
 /// `ticks` of `10^-places` of the file's unit, from `base` on, as decimal text.

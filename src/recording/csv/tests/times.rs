@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use super::{auto, fails, kinds};
-use crate::recording::{Channel, ImportError, ImportWarning, Recording, WarningKind};
+use crate::recording::{Channel, ImportError, Recording, WarningKind};
 use crate::recording::csv::*;
 
 /// A file of these times, with a motion.
@@ -219,10 +219,7 @@ fn column_70_000_is_column_70_000() {
     };
     let text = row("0", "1") + &row("1e-5", "2") + &row("2e-5", "3");
     let choice = |index| {
-        Some(ColumnChoice {
-            index,
-            unit: String::new(),
-        })
+        Some(ColumnChoice::new(index, ""))
     };
     let settings = ImportSettings {
         time: choice(0),
