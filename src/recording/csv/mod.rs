@@ -10,10 +10,9 @@
 
 mod choices;
 mod columns;
-mod layout;
+mod finish;
 mod line;
 mod number;
-mod order;
 mod preview;
 mod read;
 mod rows;
@@ -25,7 +24,6 @@ pub(crate) mod sniff;
 mod tests;
 mod text;
 mod truncated_line;
-mod widths;
 pub(crate) mod write;
 
 pub use self::choices::ReadingChoices;

@@ -1,5 +1,4 @@
-//! The whole import of a text: decoding, rows in parallel, order in time, then the rules for time and
-//! gaps.
+//! The whole import of a text: decoding, rows in parallel, order in time.
 
 use std::borrow::Cow;
 
@@ -7,23 +6,21 @@ use sha2::{Digest, Sha256};
 
 use super::columns::sample::certain_decimal;
 use super::columns::several;
-use super::layout::{Layout, TIME_SLOT};
 use super::line;
 use super::number::marks::{Marks, Verdict};
 use super::number::relative_time::Zero;
-use super::order::{Counting, Order, analyse, sorted};
+use super::rows::layout::{Layout, TIME_SLOT};
+use super::rows::order::{Counting, Order, analyse, sorted};
 use super::rows::{Part, Table, evidence, first_time};
-use super::settings::{Decimal, Encoding, ImportSettings, Quantity, TimeZero};
-use super::text::encoding::{Decoded, decode};
+use super::settings::{Decimal, Encoding, ImportSettings, TimeZero};
+use super::text::encoding::{Decoded, decode, encoding_warning};
 use super::text::reshape::reshape;
 use super::text::{Progress, Text, newline_of};
 use super::truncated_line;
 use crate::model::unit::{counted, format_quantity};
-use crate::recording::assemble::{Columns, FileClock, Place, assemble};
+use crate::recording::Recording;
 use crate::recording::error::{ImportError, ImportWarning, WarningKind};
-use crate::recording::integrate::integrate;
 use crate::recording::times::exact_time::ExactTime;
-use crate::recording::{Channel, Recording};
 
 /// Reads `bytes` as `settings` say; `warnings` are put first.
 pub(super) fn read(
@@ -77,22 +74,16 @@ fn reshaped<'a>(bytes: Cow<'a, [u8]>, settings: &ImportSettings) -> Cow<'a, [u8]
 }
 
 fn say_encoding(decoded: &Decoded, settings: &ImportSettings, warnings: &mut Vec<ImportWarning>) {
-    let mut warn = |count: usize, message: String| {
-        let kind = WarningKind::TextEncoding;
-        warnings.push(ImportWarning::new(kind, count, None, &message));
-    };
     if let Some(encoding) = decoded
         .from
         .filter(|_| decoded.guessed && settings.encoding.is_none())
     {
-        warn(
-            1,
-            format!(
-                "the text is not UTF-8; it is read as {} (--encoding names another)",
-                encoding.label()
-            ),
-        );
+        warnings.push(encoding_warning(encoding));
     }
+    let mut warn = |count: usize, message: String| {
+        let kind = WarningKind::TextEncoding;
+        warnings.push(ImportWarning::new(kind, count, None, &message));
+    };
     if decoded.malformed {
         let name = decoded.from.unwrap_or(Encoding::Utf8).label();
         warn(1, format!("some bytes are no characters of {name}"));
@@ -107,23 +98,23 @@ fn say_encoding(decoded: &Decoded, settings: &ImportSettings, warnings: &mut Vec
 }
 
 /// The text of a file and what is to be read of it.
-struct Source<'a> {
-    file: &'a str,
-    text: &'a Text<'a>,
-    settings: &'a ImportSettings,
-    part: Part,
+pub(super) struct Source<'a> {
+    pub file: &'a str,
+    pub text: &'a Text<'a>,
+    pub settings: &'a ImportSettings,
+    pub part: Part,
 }
 
 /// Rows in the order of time.
-struct Rows {
-    table: Table,
-    columns: [Option<Vec<f64>>; 4],
+pub(super) struct Rows {
+    pub table: Table,
+    pub columns: [Option<Vec<f64>>; 4],
     /// The instant in the file from which times count, in its unit.
-    zero: ExactTime,
+    pub zero: ExactTime,
     /// Row of the table of each row; `None` if they are the same.
-    order: Option<Vec<usize>>,
+    pub order: Option<Vec<usize>>,
     /// Rows without a time that are no rows of numbers.
-    text_rows: usize,
+    pub text_rows: usize,
 }
 
 impl<'a> Source<'a> {
@@ -154,7 +145,7 @@ impl<'a> Source<'a> {
             return Ok(());
         }
         let found = evidence(self.text, self.part.range.clone(), layout.delimiter);
-        let others = certain_decimal(&found);
+        let others = certain_decimal(&found, layout.delimiter);
         let mut is_plain = true;
         let mut has_comma = false;
         for (index, slots) in &layout.columns {
@@ -456,196 +447,6 @@ impl<'a> Source<'a> {
             text_rows: text_rows.len(),
         }
     }
-
-    /// The recording of the rows.
-    fn recording(
-        &self,
-        mut rows: Rows,
-        layout: &Layout,
-        mut warnings: Vec<ImportWarning>,
-    ) -> Result<Recording, ImportError> {
-        let settings = self.settings;
-        let [time, voltage, proof_mass, cantilever] = std::mem::take(&mut rows.columns);
-        let kind_of = |channel: Channel| {
-            let choice = settings.choice(channel);
-            choice.map_or(Quantity::Displacement, |choice| choice.kind)
-        };
-        let is_motion = kind_of(Channel::ProofMass) == Quantity::Displacement;
-        let scaled = |channel: Channel, slot: usize, column: Option<Vec<f64>>| {
-            let (scale, offset) = settings.scaling(channel);
-            let scale = scale * layout.slots[slot].factor;
-            // An offset is a displacement's.
-            let offset = if kind_of(channel) == Quantity::Displacement {
-                offset
-            } else {
-                0.0
-            };
-            column.map(|mut values| {
-                if scale != 1.0 || offset != 0.0 {
-                    values.iter_mut().for_each(|v| {
-                        let scaled = *v * scale + offset;
-                        // What leaves the range of numbers is missing, as it would be in the file.
-                        *v = if scaled.is_finite() { scaled } else { f64::NAN };
-                    });
-                }
-                values
-            })
-        };
-        let (time, origin) = self.times(time, &rows, layout, proof_mass.as_deref());
-        self.say_overrange(&rows.table, &mut warnings);
-        let columns = Columns {
-            time,
-            voltage: scaled(Channel::Voltage, 1, voltage),
-            proof_mass: scaled(Channel::ProofMass, 2, proof_mass).unwrap_or_default(),
-            cantilever: scaled(Channel::Cantilever, 3, cantilever),
-            is_displacement: is_motion,
-        };
-        let clock = FileClock {
-            origin,
-            keeps_zero: settings.time_zero == TimeZero::File,
-            printed: rows.table.printed,
-            as_written: settings.times_as_written || settings.time.is_none(),
-            offset: settings.time_offset,
-            accept_losses: settings.accept_losses,
-        };
-        let place = self.place(&rows, layout);
-        let place = Place {
-            file: self.file,
-            line_of: &place.line_of,
-            column_of: &place.column_of,
-            cell_of: &place.cell_of,
-            columns_at: &place.columns_at,
-        };
-        let mut recording = assemble(columns, clock, &place, warnings)?;
-        self.integrate(&mut recording, kind_of);
-        Ok(recording)
-    }
-
-    /// Times \[s\] and the instant in the file of their zero.
-    fn times(
-        &self,
-        time: Option<Vec<f64>>,
-        rows: &Rows,
-        layout: &Layout,
-        proof_mass: Option<&[f64]>,
-    ) -> (Vec<f64>, ExactTime) {
-        let clock = self.settings.clock;
-        let start = clock.map_or(0.0, |clock| clock.start);
-        let keeps_zero = self.settings.time_zero == TimeZero::File;
-        let begin = if keeps_zero { start } else { 0.0 };
-        let Some(mut time) = time else {
-            let interval = clock.map_or(1.0, |clock| clock.interval);
-            let count = proof_mass.map_or(rows.table.rows - rows.text_rows, <[f64]>::len);
-            let times = crate::recording::times::even_times(interval, count);
-            let times = times.into_iter().map(|t| begin + t).collect();
-            let origin = if keeps_zero { 0.0 } else { start };
-            return (times, ExactTime::from_seconds(origin));
-        };
-        let factor = layout.slots[TIME_SLOT].factor;
-        let mut origin = layout.seconds(rows.zero.clone());
-        if factor != 1.0 || begin != 0.0 {
-            time.iter_mut().for_each(|t| *t = *t * factor + begin);
-        }
-        if !keeps_zero && start != 0.0 {
-            origin = origin.plus(&ExactTime::from_seconds(start));
-        }
-        (time, origin)
-    }
-
-    fn say_overrange(&self, table: &Table, warnings: &mut Vec<ImportWarning>) {
-        let symbols = ["t", "V", "xp", "xc"];
-        for (symbol, count) in symbols.iter().zip(table.overrange) {
-            if count > 0 {
-                let cells = counted(count, "reading");
-                let message = format!(
-                    "{cells} of {symbol} were out of the instrument's range and are missing"
-                );
-                let kind = WarningKind::Overrange;
-                warnings.push(ImportWarning::new(kind, count, None, &message));
-            }
-        }
-    }
-
-    /// Integrates what is a velocity or an acceleration, and says by how much it drifts.
-    fn integrate(&self, recording: &mut Recording, kind_of: impl Fn(Channel) -> Quantity) {
-        for channel in [Channel::ProofMass, Channel::Cantilever] {
-            let kind = kind_of(channel);
-            let times = match kind {
-                Quantity::Displacement => continue,
-                Quantity::Velocity => 1,
-                Quantity::Acceleration => 2,
-            };
-            let Some(values) = recording.channel(channel) else {
-                continue;
-            };
-            let mut values = values.to_vec();
-            let (mut net, mut mean, mut bridged) = (0.0, 0.0, 0);
-            for turn in 0..times {
-                let integral = integrate(&recording.time, &values);
-                values = integral.values;
-                net = integral.net;
-                bridged = integral.bridged;
-                if turn == 0 {
-                    mean = integral.mean;
-                }
-            }
-            let offset = self.settings.scaling(channel).1;
-            values.iter_mut().for_each(|x| *x += offset);
-            let bridges = match bridged {
-                0 => String::new(),
-                n => format!("; {} bridged by straight lines", counted(n, "gap")),
-            };
-            let message = format!(
-                "{} is the integral of a {} (trapezoid, 0 at the first row): its level is not known, and it moves by {} from the first to the last row (the mean {} is {}); no drift is taken out{bridges}",
-                channel.symbol(),
-                kind.label(),
-                format_quantity(net, "m", 3),
-                kind.label(),
-                format_quantity(mean, kind.base_unit(), 3),
-            );
-            let warning = ImportWarning::new(WarningKind::Integrated, 1, None, &message);
-            recording.warnings.push(warning);
-            match channel {
-                Channel::Cantilever => recording.cantilever = Some(values),
-                _ => recording.proof_mass = values,
-            }
-        }
-    }
-
-    /// Where rows stand in the file.
-    fn place<'s>(&'s self, rows: &'s Rows, layout: &'s Layout) -> Places<'s> {
-        let row_of = move |row: usize| match &rows.order {
-            Some(order) => order.get(row).copied().unwrap_or(row),
-            None => row,
-        };
-        let column_of = move |channel: Option<Channel>| match channel {
-            None => self.settings.time.as_ref().map_or(0, |c| c.index),
-            Some(channel) => self.settings.choice(channel).map_or(0, |c| c.index),
-        };
-        let (table, text) = (&rows.table, self.text);
-        let start = self.part.range.start;
-        Places {
-            line_of: Box::new(move |row| table.line_of(text, layout, row_of(row))),
-            column_of: Box::new(move |channel| column_of(channel).saturating_add(1)),
-            cell_of: Box::new(move |row, channel| {
-                table.cell_of(text, layout, row_of(row), column_of(channel))
-            }),
-            columns_at: Box::new(move |row| {
-                let before = text.split(&text.bytes[..start]);
-                let named = before.map(|l| line::cells(l, layout.delimiter).count());
-                let cells = table.cells_of(text, layout, row_of(row));
-                named.max().unwrap_or(0).max(cells)
-            }),
-        }
-    }
-}
-
-/// Functions of a [`Place`].
-struct Places<'a> {
-    line_of: Box<dyn Fn(usize) -> usize + 'a>,
-    column_of: Box<dyn Fn(Option<Channel>) -> usize + 'a>,
-    cell_of: Box<dyn Fn(usize, Option<Channel>) -> String + 'a>,
-    columns_at: Box<dyn Fn(usize) -> usize + 'a>,
 }
 
 fn permute(column: &mut Vec<f64>, order: &[usize]) {

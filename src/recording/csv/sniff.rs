@@ -14,7 +14,7 @@ use super::preview::{Preview, Trial};
 use super::scopes::{self, Head, ScopeHeader};
 use super::settings::{Decimal, Delimiter, ImportSettings};
 use super::text::Text;
-use super::text::encoding::decode;
+use super::text::encoding::{decode, encoding_warning};
 use super::text::reshape::{find_cell_ends, labels, reshape};
 use crate::recording::error::{ImportError, visible};
 
@@ -240,8 +240,10 @@ pub(super) fn look(
         columns: start.1,
     };
     let mut preview = table.preview(scope)?;
-    if decoded.guessed {
-        preview.settings.encoding = decoded.from;
+    if let Some(encoding) = decoded.from.filter(|_| decoded.guessed) {
+        preview.settings.encoding = Some(encoding);
+        let warning = encoding_warning(encoding);
+        preview.warnings.insert(0, warning);
     }
     Ok(preview)
 }
@@ -327,7 +329,7 @@ impl Table<'_> {
             .get(..rows.len().min(self.lines.len()))
             .unwrap_or(&rows);
         let (_, evidence) = sample::columns(&rows, delimiter, count, Decimal::Point);
-        let decimal = certain_decimal(&evidence).unwrap_or_default();
+        let decimal = certain_decimal(&evidence, delimiter).unwrap_or_default();
         let (samples, _) = sample::columns(head_rows, delimiter, count, decimal);
         let mut settings = ImportSettings {
             delimiter: way.delimiter,
@@ -383,7 +385,7 @@ impl Table<'_> {
 
     /// Asks for the decimal mark where the cells of a column that is read allow both.
     fn ask_decimal(&self, evidence: &[Evidence], settings: &ImportSettings, mapping: &mut Mapping) {
-        let others = certain_decimal(evidence);
+        let others = certain_decimal(evidence, self.way.delimiter.byte());
         let chosen = [
             &settings.time,
             &settings.voltage,

@@ -1,8 +1,8 @@
 //! Telling a last line that was cut off in the middle.
 
-use super::layout::Layout;
 use super::line::{cells, is_skipped};
 use super::number;
+use super::rows::layout::Layout;
 use super::text::Text;
 
 /// Where the last line starts, if it was cut in the middle: it has no line end, and

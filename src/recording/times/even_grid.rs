@@ -89,7 +89,7 @@ pub(in crate::recording) fn even_grid(
     ];
     let different = if start == 0.0 { 2 } else { 3 };
     for (precision, from) in hypotheses.into_iter().take(different) {
-        let rounding = Rounding::new(precision, from, printed, largest);
+        let rounding = Rounding::new(precision, from, printed, largest, start);
         // With one run the mean line is off by at most the rounding of its ends.
         let widest = rounding.half_width(*first).max(rounding.half_width(*last));
         if index.counts_rows() && furthest > 2.001 * widest {

@@ -70,8 +70,14 @@ pub(super) struct Rounding {
 
 impl Rounding {
     /// The rounding of times up to `largest` \[s\]; what single precision held is counted from `from`
-    /// \[s\] before.
-    pub(super) fn new(precision: Precision, from: f64, printed: Printed, largest: f64) -> Self {
+    /// \[s\] before. `start` is the instant in the file of time 0 \[s\].
+    pub(super) fn new(
+        precision: Precision,
+        from: f64,
+        printed: Printed,
+        largest: f64,
+        start: f64,
+    ) -> Self {
         let digits = printed.most_digits.checked_ilog10().map_or(1, |d| d + 1) as i32;
         let place = printed.last_place.saturating_add(printed.unit);
         let factor = printed.factor;
@@ -84,7 +90,14 @@ impl Rounding {
             significant: top - digits + 1 > place,
             unit: printed.unit,
             factor,
-            arithmetic: 2.0 * spacing(largest),
+            // A day number was computed from seconds, and rounded to a double before its digits were.
+            arithmetic: 2.0 * spacing(largest)
+                + if factor == 1.0 {
+                    0.0
+                } else {
+                    let unit = 10f64.powi(printed.unit) * factor;
+                    spacing(start / unit) * unit
+                },
         }
     }
 

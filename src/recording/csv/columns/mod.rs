@@ -2,6 +2,7 @@
 
 pub(super) mod header_clock;
 pub(super) mod header_line;
+mod motion;
 pub(super) mod names;
 pub(super) mod sample;
 mod search;

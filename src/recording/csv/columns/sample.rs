@@ -43,7 +43,7 @@ pub(in crate::recording::csv) fn columns(
             own
         })
         .collect();
-    let others = certain_decimal(&evidence);
+    let others = certain_decimal(&evidence, delimiter);
     let samples = (0..count)
         .map(|i| {
             let marks = match evidence.get(i).map(|own| own.judge(others, decimal)) {
@@ -57,9 +57,15 @@ pub(in crate::recording::csv) fn columns(
 }
 
 /// The decimal mark that some columns certainly have; `None` if they differ or there is none.
-pub(in crate::recording::csv) fn certain_decimal(evidence: &[Evidence]) -> Option<Decimal> {
+pub(in crate::recording::csv) fn certain_decimal(
+    evidence: &[Evidence],
+    delimiter: u8,
+) -> Option<Decimal> {
     let shown = |mark: Decimal| evidence.iter().any(|own| own.shows_decimal(mark));
+    // Semicolons separate cells where the comma is taken for decimals.
+    let has_comma = || evidence.iter().any(|own| own.has(Decimal::Comma));
     match (shown(Decimal::Point), shown(Decimal::Comma)) {
+        (false, false) if delimiter == b';' && has_comma() => Some(Decimal::Comma),
         (true, false) => Some(Decimal::Point),
         (false, true) => Some(Decimal::Comma),
         _ => None,
@@ -70,7 +76,7 @@ fn of_cells(cells: &[&[u8]], marks: Marks) -> ColumnSample {
     let all: Vec<f64> = cells
         .iter()
         .map(|cell| number::cell_with(cell, marks, 0))
-        .filter(|x| x.is_finite() && x.abs() < number::OVERRANGE)
+        .filter(|x| x.is_finite() && !number::OVERRANGE.contains(&x.abs()))
         .collect();
     let text = |cell: &&[u8]| String::from_utf8_lossy(cell).into_owned();
     let clocks = cells

@@ -2,21 +2,21 @@
 
 use super::names::{Column, Role};
 use super::sample::Suggestion;
-use super::units::{UnitKind, example_scale};
+use super::units::UnitKind;
 use super::{Mapping, TableFacts, Topic, found_names};
-use crate::recording::csv::settings::{ColumnChoice, ImportSettings, Quantity};
+use crate::recording::csv::settings::{ColumnChoice, ImportSettings};
 use crate::recording::error::{ImportError, WarningKind};
 
 /// The search.
 pub(super) struct ColumnSearch<'a> {
-    facts: &'a TableFacts<'a>,
-    cells: &'a [String],
+    pub(super) facts: &'a TableFacts<'a>,
+    pub(super) cells: &'a [String],
     columns: &'a [Column],
     /// The columns to search.
     among: &'a [usize],
     /// Columns that have a role.
-    taken: Vec<usize>,
-    mapping: &'a mut Mapping,
+    pub(super) taken: Vec<usize>,
+    pub(super) mapping: &'a mut Mapping,
 }
 
 impl<'a> ColumnSearch<'a> {
@@ -54,7 +54,7 @@ impl<'a> ColumnSearch<'a> {
         }
     }
 
-    fn column(&self, i: usize) -> Option<&'a Column> {
+    pub(super) fn column(&self, i: usize) -> Option<&'a Column> {
         self.columns.get(i)
     }
 
@@ -65,13 +65,13 @@ impl<'a> ColumnSearch<'a> {
     }
 
     /// Free columns that fulfil a condition.
-    fn free_with(&self, condition: impl Fn(&Column) -> bool) -> Vec<usize> {
+    pub(super) fn free_with(&self, condition: impl Fn(&Column) -> bool) -> Vec<usize> {
         let mut found = self.free();
         found.retain(|i| self.column(*i).is_some_and(&condition));
         found
     }
 
-    fn name(&self, i: usize) -> String {
+    pub(super) fn name(&self, i: usize) -> String {
         let name = self.cells.get(i).map_or("", |cell| cell.trim());
         format!(
             "{} (\"{}\")",
@@ -80,12 +80,12 @@ impl<'a> ColumnSearch<'a> {
         )
     }
 
-    fn names(&self, columns: &[usize]) -> String {
+    pub(super) fn names(&self, columns: &[usize]) -> String {
         let shown: Vec<String> = columns.iter().take(8).map(|i| self.name(*i)).collect();
         shown.join(" and ")
     }
 
-    fn undecided(&self, question: String, options: String) -> ImportError {
+    pub(super) fn undecided(&self, question: String, options: String) -> ImportError {
         ImportError::Undecided {
             file: self.facts.file.into(),
             line: self.facts.line,
@@ -95,7 +95,7 @@ impl<'a> ColumnSearch<'a> {
     }
 
     /// Columns whose names fit best, in order.
-    fn candidates(&self, role: Role, fits: impl Fn(&Column) -> bool) -> Vec<usize> {
+    pub(super) fn candidates(&self, role: Role, fits: impl Fn(&Column) -> bool) -> Vec<usize> {
         let ranked = |i: &usize| self.column(*i).and_then(|c| c.rank(role));
         let fitting = self.free_with(|c| c.rank(role).is_some() && fits(c));
         let best = fitting.iter().filter_map(ranked).min();
@@ -262,7 +262,7 @@ impl<'a> ColumnSearch<'a> {
             .guess(WarningKind::AssumedUnit, self.facts.line, message);
     }
 
-    fn guessed_by_unit(&mut self, role: Role, i: usize) {
+    pub(super) fn guessed_by_unit(&mut self, role: Role, i: usize) {
         let message = format!(
             "column {} is taken for {} because of its unit",
             self.name(i),
@@ -273,7 +273,7 @@ impl<'a> ColumnSearch<'a> {
     }
 
     /// Takes the first of several columns with fitting names, and asks where there are more.
-    fn choose_among(&mut self, role: Role, first: usize, rest: &[usize]) {
+    pub(super) fn choose_among(&mut self, role: Role, first: usize, rest: &[usize]) {
         self.taken.push(first);
         if rest.is_empty() {
             return;
@@ -283,7 +283,7 @@ impl<'a> ColumnSearch<'a> {
         self.taken.extend_from_slice(rest);
     }
 
-    fn ask_which(&mut self, role: Role, columns: &[usize]) {
+    pub(super) fn ask_which(&mut self, role: Role, columns: &[usize]) {
         let question = format!(
             "columns {} could each be {} ({})",
             self.names(columns),
@@ -296,7 +296,7 @@ impl<'a> ColumnSearch<'a> {
         self.mapping.ask(Topic::Column(role), error, question);
     }
 
-    fn unknown_unit(&mut self, role: Role, i: usize) {
+    pub(super) fn unknown_unit(&mut self, role: Role, i: usize) {
         let unit = self
             .column(i)
             .and_then(|c| c.unit.clone())
@@ -373,7 +373,7 @@ impl<'a> ColumnSearch<'a> {
     }
 
     /// The unit that the header gives for a column, or an assumed one with a word.
-    fn unit_of(&mut self, role: Role, i: usize, settings: &ImportSettings) -> String {
+    pub(super) fn unit_of(&mut self, role: Role, i: usize, settings: &ImportSettings) -> String {
         if let Some(unit) = self.column(i).and_then(|c| c.unit.clone()) {
             return unit;
         }
@@ -407,213 +407,6 @@ impl<'a> ColumnSearch<'a> {
         match (unit, step) {
             (Some(unit), Some(sample)) => sample.step.abs() * unit.factor * 10f64.powi(unit.shift),
             _ => f64::NAN,
-        }
-    }
-
-    /// No displacement has a known name: by its unit, else a velocity or an acceleration, else a
-    /// channel in volts.
-    fn motion(&mut self, settings: &mut ImportSettings) {
-        let role = Role::ProofMass;
-        let scaled = self.candidates(role, |c| c.is_scalable(role));
-        if let [first, rest @ ..] = scaled.as_slice() {
-            let (first, rest) = (*first, rest.to_vec());
-            self.choose_among(role, first, &rest);
-            self.needs_scale(role, first, settings);
-            return;
-        }
-        if let Some(i) = self
-            .candidates(role, |c| {
-                !matches!(c.kind, Some(UnitKind::Velocity | UnitKind::Acceleration))
-            })
-            .first()
-            .copied()
-        {
-            self.unknown_unit(role, i);
-            return;
-        }
-        let lengths = self
-            .free_with(|c| c.kind == Some(UnitKind::Length) && c.rank(Role::Cantilever).is_none());
-        match lengths.as_slice() {
-            [] => {}
-            [only] => {
-                self.taken.push(*only);
-                self.guessed_by_unit(role, *only);
-                let unit = self.unit_of(role, *only, settings);
-                role.set(settings, Some(ColumnChoice::new(*only, unit)));
-                return;
-            }
-            several => {
-                self.ask_which(role, several);
-                return;
-            }
-        }
-        if self.rate(settings) || self.channels(settings) {
-            return;
-        }
-        let error = ImportError::NoPositionColumn {
-            file: self.facts.file.into(),
-            line: self.facts.line,
-            found: found_names(self.cells).into(),
-        };
-        let short = "no xp column was recognised".to_owned();
-        self.mapping.ask(Topic::Column(role), error, short);
-    }
-
-    /// A velocity, or an acceleration, in place of a displacement; whether there is one.
-    fn rate(&mut self, settings: &mut ImportSettings) -> bool {
-        let role = Role::ProofMass;
-        for (kind, quantity) in [
-            (UnitKind::Velocity, Quantity::Velocity),
-            (UnitKind::Acceleration, Quantity::Acceleration),
-        ] {
-            let found = self.free_with(|c| c.is_rate(kind));
-            let [first, rest @ ..] = found.as_slice() else {
-                continue;
-            };
-            let unit = self.column(*first).and_then(|c| c.unit.clone());
-            settings.proof_mass = Some(ColumnChoice {
-                kind: quantity,
-                ..ColumnChoice::new(
-                    *first,
-                    unit.unwrap_or_else(|| quantity.base_unit().to_owned()),
-                )
-            });
-            self.taken.extend_from_slice(&found);
-            let said = format!(
-                "there is no displacement; column {} is a {}",
-                self.name(*first),
-                quantity.label()
-            );
-            if !rest.is_empty() {
-                let question = format!("{said}, and there are others: {}", self.names(rest));
-                let options = format!("--column xp={} (it is integrated)", first + 1);
-                let error = self.undecided(question.clone(), options);
-                self.mapping.ask(Topic::Column(role), error, question);
-            } else if quantity == Quantity::Acceleration {
-                let question =
-                    format!("{said}: integrated twice, its errors grow with the square of time");
-                let options = format!(
-                    "--column xp={} to integrate it all the same, or record a displacement or a velocity",
-                    first + 1
-                );
-                let error = self.undecided(question.clone(), options);
-                self.mapping.ask(Topic::Column(role), error, question);
-            } else {
-                let message = format!("{said} and is integrated");
-                self.mapping
-                    .guess(WarningKind::Integrated, self.facts.line, message);
-            }
-            return true;
-        }
-        false
-    }
-
-    /// Channels that only an instrument named, in volts or without a unit; whether there are any.
-    fn channels(&mut self, settings: &mut ImportSettings) -> bool {
-        let role = Role::ProofMass;
-        let channels = self.free_with(Column::is_channel);
-        let has_voltage = settings.voltage.is_some();
-        match channels.as_slice() {
-            [] => return false,
-            [only] => {
-                let only = *only;
-                self.taken.push(only);
-                self.needs_scale(role, only, settings);
-                let message = format!(
-                    "column {} is the only channel and is taken for xp",
-                    self.name(only)
-                );
-                self.mapping
-                    .guess(WarningKind::GuessedColumn, self.facts.line, message);
-            }
-            [first, second, ..] => {
-                let (volts, motion) = if has_voltage {
-                    (None, *first)
-                } else {
-                    (Some(*first), *second)
-                };
-                if let Some(volts) = volts {
-                    settings.voltage = Some(ColumnChoice::new(volts, self.unit_or(volts, "V")));
-                }
-                let question = format!(
-                    "nothing says which of the channels {} is the drive voltage and which the displacement",
-                    self.names(&channels)
-                );
-                let unit = self.unit_or(motion, "V");
-                let options = format!(
-                    "--column V={} --column xp={} --scale xp={}",
-                    first + 1,
-                    motion + 1,
-                    example_scale("m", &unit)
-                );
-                let error = self.undecided(question.clone(), options);
-                self.taken.extend_from_slice(&channels);
-                self.mapping.ask(Topic::Column(role), error, question);
-                self.needs_scale(role, motion, settings);
-            }
-        }
-        true
-    }
-
-    fn unit_or(&self, i: usize, unit: &str) -> String {
-        let own = self.column(i).and_then(|c| c.unit.clone());
-        own.unwrap_or_else(|| unit.to_owned())
-    }
-
-    /// Takes a column whose unit needs a scale, and asks for it.
-    fn needs_scale(&mut self, role: Role, i: usize, settings: &mut ImportSettings) {
-        let unit = self.unit_or(i, "V");
-        let error = ImportError::NeedsScale {
-            file: self.facts.file.into(),
-            line: self.facts.line,
-            column: i + 1,
-            unit: unit.clone().into(),
-            symbol: role.symbol().to_owned(),
-            example: example_scale(role.base(), &unit).into(),
-        };
-        let short = format!(
-            "column {} ({}) is in \"{unit}\"; say what one {unit} stands for",
-            self.name(i),
-            role.symbol()
-        );
-        role.set(settings, Some(ColumnChoice::new(i, unit)));
-        self.mapping.ask(Topic::Scale(role), error, short);
-    }
-
-    /// No voltage has a known name: by its unit. It may be missing.
-    fn voltage(&mut self, settings: &mut ImportSettings) {
-        let role = Role::Voltage;
-        let scaled = self.candidates(role, |c| c.is_scalable(role));
-        if let [only] = scaled.as_slice() {
-            self.taken.push(*only);
-            self.needs_scale(role, *only, settings);
-            return;
-        }
-        if let Some(i) = self
-            .candidates(role, |c| !c.is_rate(UnitKind::Velocity))
-            .first()
-        {
-            let message = format!(
-                "column {} (V) is in \"{}\", which is not a unit for voltage; it is left out (write V or mV)",
-                self.name(*i),
-                self.column(*i)
-                    .and_then(|c| c.unit.clone())
-                    .unwrap_or_default(),
-            );
-            let line = Some(self.facts.line);
-            self.mapping.warn(WarningKind::IgnoredColumn, line, message);
-            return;
-        }
-        let by_unit = self.free_with(|c| c.kind == Some(UnitKind::Voltage));
-        match by_unit.as_slice() {
-            [] => {}
-            [only] => {
-                self.taken.push(*only);
-                self.guessed_by_unit(role, *only);
-                let unit = self.unit_or(*only, "V");
-                role.set(settings, Some(ColumnChoice::new(*only, unit)));
-            }
-            several => self.ask_which(role, several),
         }
     }
 }

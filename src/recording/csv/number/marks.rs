@@ -8,10 +8,8 @@ use std::borrow::Cow;
 use super::PlainCell;
 use crate::recording::csv::settings::Decimal;
 
-/// Cells of one form from which chance is ruled out: of numbers with three decimals or fewer, nine of
-/// ten have exactly three, so that this many all have them with a probability of 4 %, and the rule asks
-/// for unmarked cells, too.
-const MIN_GROUPED_CELLS: u32 = 30;
+/// Cells of one form below which a column may have it by chance.
+const MIN_GROUPED_CELLS: u32 = 3;
 
 /// The marks of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +27,12 @@ impl Marks {
         thousands: None,
     };
 
+    /// `1.5` and `1,5`.
+    const EITHER: Self = Self {
+        decimal: 0,
+        thousands: None,
+    };
+
     /// The usual name of a mark.
     pub(in crate::recording::csv) fn name(mark: u8) -> &'static str {
         match mark {
@@ -43,6 +47,11 @@ impl Marks {
     pub(super) fn plain<'t>(self, text: &'t [u8]) -> Option<Cow<'t, [u8]>> {
         if self == Self::PLAIN {
             return (!text.contains(&b',')).then_some(Cow::Borrowed(text));
+        }
+        if self == Self::EITHER {
+            let own = text.iter().find(|b| matches!(b, b'.' | b',')).copied();
+            let decimal = own.unwrap_or(b'.');
+            return Self { decimal, ..self }.plain(text);
         }
         let end = text
             .iter()
@@ -108,6 +117,8 @@ struct Forms {
     grouped: u32,
     /// This mark groups, and the other one is decimal: `1.234,5`.
     before_other: u32,
+    /// Of `either`, those whose last digit is zero: `1.250`.
+    round: u32,
 }
 
 /// What the cells of one column show.
@@ -115,7 +126,7 @@ struct Forms {
 pub(in crate::recording::csv) struct Evidence {
     point: Forms,
     comma: Forms,
-    /// Numbers without a mark.
+    /// Numbers without a mark, other than zero.
     unmarked: u32,
 }
 
@@ -151,6 +162,7 @@ impl Evidence {
         let count = |mark: u8| number.iter().filter(|b| **b == mark).count();
         let (points, commas) = (count(b'.'), count(b','));
         match (points, commas) {
+            (0, 0) if number.iter().all(|b| *b == b'0') => {}
             (0, 0) => self.unmarked = self.unmarked.saturating_add(1),
             (_, 0) => self.point.note_alone(number, b'.', points, has_exponent),
             (0, _) => self.comma.note_alone(number, b',', commas, has_exponent),
@@ -220,7 +232,16 @@ impl Evidence {
             }
         };
         match (point, comma) {
-            (true, true) => return Verdict::Mixed,
+            (true, true) => {
+                let each_is_clear = self.point.either + self.comma.either == 0
+                    && !groups(Decimal::Point)
+                    && !groups(Decimal::Comma);
+                return if each_is_clear {
+                    Verdict::Clear(Marks::EITHER)
+                } else {
+                    Verdict::Mixed
+                };
+            }
             (true, false) if groups(Decimal::Point) => return Verdict::Mixed,
             (false, true) if groups(Decimal::Comma) => return Verdict::Mixed,
             (true, false) => {
@@ -259,15 +280,17 @@ impl Evidence {
             (Decimal::Comma, Decimal::Point, self.comma.either)
         };
         let (decimal, grouped) = (with(own, false), with(other, true));
+        let round = self.forms(own).0.round;
         match others {
             Some(mark) if mark == own => Verdict::Clear(decimal),
             Some(_) => Verdict::Clear(grouped),
-            // Three decimals in each cell are a printed precision.
-            None if self.unmarked == 0 && is_point && setting == Decimal::Point => {
-                Verdict::Clear(decimal)
+            // Who leaves out zeros after the decimal mark writes no 1.250; who does not, writes no 1.
+            None if self.unmarked > 0 && round > 0 && count >= MIN_GROUPED_CELLS => {
+                Verdict::Clear(grouped)
             }
-            None if self.unmarked > 0 && count < MIN_GROUPED_CELLS && is_point => {
-                Verdict::Clear(with(setting, setting != own))
+            // Three decimals in each cell are a printed precision, and a point is the usual mark.
+            None if is_point && (self.unmarked == 0 || count < MIN_GROUPED_CELLS) => {
+                Verdict::Clear(if setting == own { decimal } else { grouped })
             }
             None => Verdict::Open(if setting == own { decimal } else { grouped }),
         }
@@ -288,10 +311,14 @@ impl Forms {
             &mut self.decimal
         };
         *form = form.saturating_add(1);
+        if count == 1 && !has_exponent && number.ends_with(b"0") && is_grouped(number, mark) {
+            self.round = self.round.saturating_add(1);
+        }
     }
 
     fn join(&mut self, other: &Self) {
         self.either = self.either.saturating_add(other.either);
+        self.round = self.round.saturating_add(other.round);
         self.decimal = self.decimal.saturating_add(other.decimal);
         self.grouped = self.grouped.saturating_add(other.grouped);
         self.before_other = self.before_other.saturating_add(other.before_other);
@@ -328,7 +355,13 @@ mod tests {
             judge(&["58,052", "1"], Some(Decimal::Point)),
             marks(b'.', Some(b','))
         );
-        assert_eq!(judge(&["1,5", "1.5"], None), Verdict::Mixed);
+        assert_eq!(judge(&["1,5", "1.5", "2,345"], None), Verdict::Mixed);
+        assert_eq!(judge(&["1,5", ".25"], None), Verdict::Clear(Marks::EITHER));
+        // 1.250 beside 7: three digits are a group.
+        let grouped = judge(&["7", "1.250", "12.345", "13.001"], None);
+        assert_eq!(grouped, marks(b',', Some(b'.')));
+        let zeros = judge(&["0", "8.120", "-8.120", "8.120"], None);
+        assert_eq!(zeros, marks(b'.', None));
         assert_eq!(judge(&["58.052", "57.001"], None), marks(b'.', None));
         assert!(matches!(
             judge(&["58,052", "57,001"], None),

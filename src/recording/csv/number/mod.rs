@@ -284,9 +284,9 @@ fn without_thousands_marks(text: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(plain)
 }
 
-/// Readings beyond this are what instruments write for an overrange (`9.9E+37` of SCPI, `9.91E37` for
-/// "not a number").
-pub(super) const OVERRANGE: f64 = 9e36;
+/// What instruments write for an overrange (`9.9E+37`) and for no reading (`9.91E+37`) lies between
+/// these (IEEE 488.2 and SCPI-99, volume 1, 7.2.1).
+pub(super) const OVERRANGE: std::ops::Range<f64> = 9.895e37..9.915e37;
 
 /// Whether a cell says that the reading was out of range.
 pub(super) fn is_overrange(text: &[u8]) -> bool {
@@ -313,7 +313,8 @@ pub(super) fn is_overrange(text: &[u8]) -> bool {
         return word.len() >= 2 && word.bytes().all(|b| b == b'-');
     }
     let stars = unsigned.len() >= 2 && unsigned.bytes().all(|b| b == b'*');
-    stars || WORDS.contains(&unsigned) || cell(unsigned.as_bytes(), false, 0) >= OVERRANGE
+    let number = cell(unsigned.as_bytes(), false, 0);
+    stars || WORDS.contains(&unsigned) || OVERRANGE.contains(&number)
 }
 
 /// Whether a cell is a number, with any marks.

@@ -37,12 +37,13 @@ impl Head<'_> {
             cell.get(..name.len())
                 .is_some_and(|own| own.eq_ignore_ascii_case(name.as_bytes()))
         };
-        let mut found = head.enumerate().filter(|(_, line)| starts(line));
-        found.map(|(i, _)| (i, self.cells(i))).find(|(_, cells)| {
-            cells
-                .first()
-                .is_some_and(|c| c.trim_end_matches(':').eq_ignore_ascii_case(name))
-        })
+        head.enumerate()
+            .filter(|(_, line)| starts(line))
+            .map(|(i, _)| (i, self.cells(i)))
+            .find(|(_, cells)| {
+                let first = cells.first().map(|c| c.trim_end_matches(':'));
+                first.is_some_and(|c| c.eq_ignore_ascii_case(name))
+            })
     }
 
     /// The cells after `name` in its line.

@@ -1,7 +1,9 @@
 #[cfg(test)]
 pub(super) mod properties;
+mod scopes;
 mod time_properties;
 mod times;
+mod variants;
 
 use crate::recording::csv::*;
 use crate::recording::{Channel, ImportError, Recording, WarningKind};
@@ -120,7 +122,7 @@ fn bad_cells_are_counted_and_become_nan() {
 
 #[test]
 fn rows_without_increasing_time_are_dropped_and_counted() {
-    let text = "t [ms],x [m]\n0,0\n1,1\n1,2\n0.5,3\n2,4\nhm,5\n3,6\n900,7\n4,8\n5,9\n6,10\n";
+    let text = "t [ms],x [m]\n0,0\n1,1\n1,2\n0.5,3\n2,4\n,5\n3,6\n900,7\n4,8\n5,9\n6,10\n";
     // Three of eleven rows are more than are lost without asking.
     let error = fails(text.as_bytes()).to_string();
     assert!(
@@ -338,10 +340,7 @@ fn settings_decide_and_are_remembered() {
     settings.xp_offset = 1e-6;
     settings.time_offset = 1.0;
     settings.voltage = None;
-    settings.cantilever = Some(ColumnChoice {
-        index: 2,
-        unit: "mm".into(),
-    });
+    settings.cantilever = Some(ColumnChoice::new(2, "mm"));
     let text = toml::to_string(&settings).unwrap();
     let settings: ImportSettings = toml::from_str(&text).unwrap();
     let r = import_bytes("x", PLAIN.as_bytes(), &settings).unwrap();
@@ -354,22 +353,12 @@ fn settings_decide_and_are_remembered() {
     settings_fail(&settings, |s| s.time = None, "no time column");
     settings_fail(
         &settings,
-        |s| {
-            s.proof_mass = Some(ColumnChoice {
-                index: 2,
-                unit: "V".into(),
-            })
-        },
-        "\"V\" is not a unit",
+        |s| s.proof_mass = Some(ColumnChoice::new(2, "V")),
+        "xp is in \"V\"",
     );
     settings_fail(
         &settings,
-        |s| {
-            s.proof_mass = Some(ColumnChoice {
-                index: usize::MAX,
-                unit: "um".into(),
-            })
-        },
+        |s| s.proof_mass = Some(ColumnChoice::new(usize::MAX, "um")),
         "xp is to be read from column 18446744073709551615, but there are only 4 columns",
     );
     settings_fail(

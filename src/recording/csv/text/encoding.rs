@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use crate::recording::csv::settings::Encoding;
+use crate::recording::error::{ImportWarning, WarningKind};
 
 /// Bytes looked at for the zeros of UTF-16.
 const ZERO_SAMPLE_BYTES: usize = 64 << 10;
@@ -61,6 +62,15 @@ pub(in crate::recording::csv) fn decode(
         guessed,
         malformed: malformed && !cut,
     }
+}
+
+/// What is said of an encoding that was recognised.
+pub(in crate::recording::csv) fn encoding_warning(encoding: Encoding) -> ImportWarning {
+    let message = format!(
+        "the text is not UTF-8; it is read as {} (--encoding names another)",
+        encoding.label()
+    );
+    ImportWarning::new(WarningKind::TextEncoding, 1, None, &message)
 }
 
 /// The encoding that a byte-order mark says, and the mark's length.

@@ -2,32 +2,34 @@
 
 use std::collections::BTreeMap;
 
-use super::columns::units::{TimeUnit, example_scale, kind_of, sensitivity, time_unit, unit_shift};
-use super::number::marks::Marks;
-use super::number::{OVERRANGE, calendar, relative_time};
-use super::settings::{ColumnChoice, Decimal, ImportSettings};
+use crate::recording::csv::columns::units::{
+    TimeUnit, example_scale, kind_of, sensitivity, time_unit, unit_shift,
+};
+use crate::recording::csv::number::marks::Marks;
+use crate::recording::csv::number::{OVERRANGE, calendar, relative_time};
+use crate::recording::csv::settings::{ColumnChoice, Decimal, ImportSettings};
 use crate::recording::error::ImportError;
 use crate::recording::times::exact_time::ExactTime;
 
 /// Slot of the time column.
-pub(super) const TIME_SLOT: usize = 0;
+pub(in crate::recording::csv) const TIME_SLOT: usize = 0;
 
 /// How the numbers of a slot are read.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Slot {
+pub(in crate::recording::csv) struct Slot {
     /// Power of ten of the unit.
     pub shift: i32,
     /// A further factor, applied after the reading.
     pub factor: f64,
-    /// Readings as large as this were out of range.
-    pub limit: f64,
+    /// Readings of this size were out of range: from the first to the second.
+    pub overrange: (f64, f64),
     /// The marks of the column.
     pub marks: Marks,
 }
 
 /// The columns to read. Slots are t, V, xp, xc.
 #[derive(Debug, Clone)]
-pub(super) struct Layout {
+pub(in crate::recording::csv) struct Layout {
     pub delimiter: u8,
     /// Whether an unquoted number may have a decimal comma.
     pub comma: bool,
@@ -47,7 +49,10 @@ pub(super) struct Layout {
 impl Layout {
     /// # Errors
     /// A column that is required is not chosen; a unit that is none of the quantity.
-    pub(super) fn new(file: &str, settings: &ImportSettings) -> Result<Self, ImportError> {
+    pub(in crate::recording::csv) fn new(
+        file: &str,
+        settings: &ImportSettings,
+    ) -> Result<Self, ImportError> {
         let line = settings.skip_lines.max(1);
         let found = || "the chosen columns".to_owned();
         if settings.time.is_none() && settings.clock.is_none() {
@@ -74,7 +79,7 @@ impl Layout {
         let mut slots = [Slot {
             shift: 0,
             factor: 1.0,
-            limit: OVERRANGE,
+            overrange: (OVERRANGE.start, OVERRANGE.end),
             marks: Marks::PLAIN,
         }; 4];
         let mut is_clock = false;
@@ -90,7 +95,8 @@ impl Layout {
             columns.entry(choice.index).or_default().push(slot);
             if let Some(reading) = slots.get_mut(slot) {
                 (reading.factor, reading.shift) = own;
-                reading.limit = OVERRANGE * 10f64.powi(own.1);
+                let unit = 10f64.powi(own.1);
+                reading.overrange = (OVERRANGE.start * unit, OVERRANGE.end * unit);
             }
         }
         let delimiter = settings.delimiter.byte();
@@ -192,7 +198,7 @@ impl Layout {
     }
 
     /// The time in the cells of a row as decimal text, in the file's unit.
-    pub(super) fn time_text(&self, time: &[u8], date: &[u8]) -> Option<Vec<u8>> {
+    pub(in crate::recording::csv) fn time_text(&self, time: &[u8], date: &[u8]) -> Option<Vec<u8>> {
         if !self.is_clock {
             return relative_time::plain_text(time, self.slots[TIME_SLOT].marks);
         }
@@ -206,7 +212,7 @@ impl Layout {
     }
 
     /// `exact` in the file's unit of time as seconds.
-    pub(super) fn seconds(&self, exact: ExactTime) -> ExactTime {
+    pub(in crate::recording::csv) fn seconds(&self, exact: ExactTime) -> ExactTime {
         let Slot { shift, factor, .. } = self.slots[TIME_SLOT];
         let exact = exact.shifted(shift);
         if factor == 1.0 {
@@ -217,7 +223,7 @@ impl Layout {
     }
 
     /// Index of the last column needed.
-    pub(super) fn last_column(&self) -> usize {
+    pub(in crate::recording::csv) fn last_column(&self) -> usize {
         let last = self.columns.last().map_or(0, |(index, _)| *index);
         last.max(self.date.unwrap_or(0))
     }

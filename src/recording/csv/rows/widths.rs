@@ -17,13 +17,13 @@ struct Rows {
 
 /// The numbers of cells that occur.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(super) struct Widths {
+pub(in crate::recording::csv) struct Widths {
     rows: Vec<Rows>,
 }
 
 /// A change of the number of cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct WidthChange {
+pub(in crate::recording::csv) struct WidthChange {
     /// First row of the later part.
     pub row: usize,
     /// Cells before.
@@ -35,7 +35,7 @@ pub(super) struct WidthChange {
 impl Widths {
     /// Takes note of a row.
     #[inline]
-    pub(super) fn note(&mut self, width: usize, row: usize) {
+    pub(in crate::recording::csv) fn note(&mut self, width: usize, row: usize) {
         let room = self.rows.len() < MAX_WIDTHS;
         match self.rows.iter_mut().find(|rows| rows.width == width) {
             Some(rows) => {
@@ -53,7 +53,7 @@ impl Widths {
     }
 
     /// Adds those of a later piece, whose first row is `from`.
-    pub(super) fn join(&mut self, other: &Self, from: usize) {
+    pub(in crate::recording::csv) fn join(&mut self, other: &Self, from: usize) {
         for own in &other.rows {
             let room = self.rows.len() < MAX_WIDTHS;
             match self.rows.iter_mut().find(|rows| rows.width == own.width) {
@@ -72,7 +72,7 @@ impl Widths {
     }
 
     /// The change from one number of cells to another for good, if there is one.
-    pub(super) fn change(&self) -> Option<WidthChange> {
+    pub(in crate::recording::csv) fn change(&self) -> Option<WidthChange> {
         let all: usize = self.rows.iter().map(|rows| rows.count).sum();
         let many =
             |rows: &&Rows| rows.count as f64 > MIN_CHANGED_SHARE * all as f64 && rows.count > 1;

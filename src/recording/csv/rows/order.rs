@@ -18,7 +18,7 @@ const UNIT_CHANGE_TOLERANCE: f64 = 0.02;
 
 /// What the order of the rows shows.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Order {
+pub(in crate::recording::csv) struct Order {
     /// Whether the rows are newest first.
     pub reversed: bool,
     /// Rows at which a counter begins again, with its period \[s\].
@@ -31,7 +31,7 @@ pub(super) struct Order {
 
 /// How times count.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Counting {
+pub(in crate::recording::csv) struct Counting {
     /// The instant in the file of time 0 \[s\].
     pub origin: f64,
     /// The file's unit \[s\].
@@ -41,7 +41,7 @@ pub(super) struct Counting {
 }
 
 /// Looks at times \[s\]; NaN where there is none.
-pub(super) fn analyse(time: &[f64], counting: Counting) -> Order {
+pub(in crate::recording::csv) fn analyse(time: &[f64], counting: Counting) -> Order {
     let mut order = Order {
         parts: vec![0..time.len()],
         ..Order::default()
@@ -85,7 +85,8 @@ pub(super) fn analyse(time: &[f64], counting: Counting) -> Order {
             continue;
         }
         let begin = starts.last().copied().unwrap_or(0);
-        if changes_unit(before, now, step, counting) {
+        let own_step = k.checked_sub(2).map_or(step, |i| before - known[i]);
+        if changes_unit(before, now, own_step, counting) {
             order.unit_change.get_or_insert(rows[k]);
             continue;
         }
@@ -146,7 +147,7 @@ fn changes_unit(before: f64, now: f64, step: f64, counting: Counting) -> bool {
 
 /// The rows in the order of their times, where some that do not follow the others lie between them;
 /// with the number of rows that move. `None` if none does.
-pub(super) fn sorted(time: &[f64]) -> Option<(Vec<usize>, usize)> {
+pub(in crate::recording::csv) fn sorted(time: &[f64]) -> Option<(Vec<usize>, usize)> {
     if time.windows(2).all(|w| w[1] >= w[0]) {
         return None;
     }
@@ -162,11 +163,27 @@ pub(super) fn sorted(time: &[f64]) -> Option<(Vec<usize>, usize)> {
     if moved.is_empty() || 2 * moved.len() > time.len() {
         return None;
     }
-    let mut order: Vec<usize> = kept().chain(moved.iter().copied()).collect();
-    order.sort_by(|a, b| time[*a].total_cmp(&time[*b]).then(a.cmp(b)));
-    let others = (0..time.len()).filter(|i| !forward.keep[*i] && !moved.contains(i));
-    let rest: Vec<usize> = others.collect();
-    order.extend(rest);
+    // The others stay behind the row that they follow, to be left out.
+    let mut is_moved = vec![false; time.len()];
+    moved.iter().for_each(|i| is_moved[*i] = true);
+    let mut behind = f64::NEG_INFINITY;
+    let key: Vec<(f64, bool)> = (0..time.len())
+        .map(|i| {
+            let stands = forward.keep[i];
+            if stands {
+                behind = time[i];
+            }
+            match stands || is_moved[i] {
+                true => (time[i], false),
+                false => (behind, true),
+            }
+        })
+        .collect();
+    let mut order: Vec<usize> = (0..time.len()).collect();
+    order.sort_by(|a, b| {
+        let ((t, other), (u, own)) = (key[*a], key[*b]);
+        t.total_cmp(&u).then(other.cmp(&own)).then(a.cmp(b))
+    });
     Some((order, moved.len()))
 }
 

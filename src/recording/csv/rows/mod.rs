@@ -1,16 +1,20 @@
 //! Rows of numbers, parsed in parallel pieces.
 
+pub(in crate::recording::csv) mod layout;
+pub(in crate::recording::csv) mod order;
+mod widths;
+
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::layout::{Layout, TIME_SLOT};
-use super::line::{cell_end, cells, is_skipped, show};
-use super::number;
-use super::number::marks::Evidence;
-use super::number::relative_time::{self, RelativeTime, Zero};
-use super::text::{Progress, READ_SHARE, Text};
-use super::widths::Widths;
+use self::layout::{Layout, TIME_SLOT};
+use self::widths::Widths;
+use crate::recording::csv::line::{cell_end, cells, is_skipped, show};
+use crate::recording::csv::number;
+use crate::recording::csv::number::marks::Evidence;
+use crate::recording::csv::number::relative_time::{self, RelativeTime, Zero};
+use crate::recording::csv::text::{Progress, READ_SHARE, Text};
 use crate::recording::error::ImportError;
 use crate::recording::times::exact_time::ExactTime;
 use crate::recording::times::rounding::Printed;
@@ -32,7 +36,7 @@ struct Piece {
 
 /// All rows: columns t, V, xp, xc (`None` where not asked for).
 #[derive(Debug)]
-pub(super) struct Table {
+pub(in crate::recording::csv) struct Table {
     pub columns: [Option<Vec<f64>>; 4],
     /// Number of rows.
     pub rows: usize,
@@ -62,7 +66,7 @@ struct Parsed {
 
 /// The rows to parse.
 #[derive(Clone)]
-pub(super) struct Part {
+pub(in crate::recording::csv) struct Part {
     /// Bytes of the text.
     pub range: Range<usize>,
     /// Number of the first line.
@@ -71,7 +75,7 @@ pub(super) struct Part {
 
 impl Table {
     /// Parses a part of the text. Times count from `zero`.
-    pub(super) fn parse(
+    pub(in crate::recording::csv) fn parse(
         file: &str,
         text: &Text,
         part: Part,
@@ -169,13 +173,18 @@ impl Table {
     }
 
     /// Number of the line that gave `row`.
-    pub(super) fn line_of(&self, text: &Text, layout: &Layout, row: usize) -> usize {
+    pub(in crate::recording::csv) fn line_of(
+        &self,
+        text: &Text,
+        layout: &Layout,
+        row: usize,
+    ) -> usize {
         self.find(text, layout, row)
             .map_or(self.next_line, |(line, _)| line)
     }
 
     /// Where the line of `row` starts in the text, and its number.
-    pub(super) fn start_of(
+    pub(in crate::recording::csv) fn start_of(
         &self,
         text: &Text,
         layout: &Layout,
@@ -187,7 +196,7 @@ impl Table {
     }
 
     /// The time of a row with all its digits, in the file's unit.
-    pub(super) fn exact_time_of(
+    pub(in crate::recording::csv) fn exact_time_of(
         &self,
         text: &Text,
         layout: &Layout,
@@ -197,13 +206,18 @@ impl Table {
     }
 
     /// Number of cells of the line that gave `row`.
-    pub(super) fn cells_of(&self, text: &Text, layout: &Layout, row: usize) -> usize {
+    pub(in crate::recording::csv) fn cells_of(
+        &self,
+        text: &Text,
+        layout: &Layout,
+        row: usize,
+    ) -> usize {
         self.find(text, layout, row)
             .map_or(0, |(_, line)| cells(line, layout.delimiter).count())
     }
 
     /// Text of a cell, for a message.
-    pub(super) fn cell_of(
+    pub(in crate::recording::csv) fn cell_of(
         &self,
         text: &Text,
         layout: &Layout,
@@ -217,7 +231,11 @@ impl Table {
 }
 
 /// The first time in `rows` with all its digits, in the file's unit; `None` if there is none.
-pub(super) fn first_time(rows: &[u8], text: &Text, layout: &Layout) -> Option<ExactTime> {
+pub(in crate::recording::csv) fn first_time(
+    rows: &[u8],
+    text: &Text,
+    layout: &Layout,
+) -> Option<ExactTime> {
     text.split(rows)
         .filter(|line| !is_skipped(line, layout.delimiter))
         .find_map(|line| exact_time(line, layout))
@@ -239,7 +257,11 @@ fn exact_time(line: &[u8], layout: &Layout) -> Option<ExactTime> {
 }
 
 /// What the marks of all columns of `range` show.
-pub(super) fn evidence(text: &Text, range: Range<usize>, delimiter: u8) -> Vec<Evidence> {
+pub(in crate::recording::csv) fn evidence(
+    text: &Text,
+    range: Range<usize>,
+    delimiter: u8,
+) -> Vec<Evidence> {
     let pieces: Vec<Vec<Evidence>> = split(text, range)
         .par_iter()
         .map(|piece| {
@@ -339,8 +361,8 @@ impl Parsed {
     }
 
     #[inline]
-    fn push(&mut self, slot: usize, value: f64, limit: f64, cell: &[u8]) {
-        let value = if value.abs() >= limit {
+    fn push(&mut self, slot: usize, value: f64, overrange: (f64, f64), cell: &[u8]) {
+        let value = if value.abs() >= overrange.0 && value.abs() < overrange.1 {
             self.overrange[slot] += 1;
             f64::NAN
         } else {
@@ -408,7 +430,7 @@ fn plain_row(
                 *p = at;
             } else {
                 let (value, at) = number_cell(text, start, newline, layout, reading.shift);
-                parsed.push(slot, value, reading.limit, &text[start..at]);
+                parsed.push(slot, value, reading.overrange, &text[start..at]);
                 *p = at;
             }
         }
@@ -461,7 +483,7 @@ fn marked_row(line: &[u8], layout: &Layout, zero: &Zero, parsed: &mut Parsed) ->
             }
             let reading = &layout.slots[slot];
             let value = number::cell_with(cell, reading.marks, reading.shift);
-            parsed.push(slot, value, reading.limit, cell);
+            parsed.push(slot, value, reading.overrange, cell);
             found[slot] = Some(value);
         }
     }
