@@ -1,6 +1,7 @@
 //! What the device is; no time stepping.
 
 pub mod bisection;
+pub mod design;
 pub mod drive;
 pub mod effects;
 pub mod film;
