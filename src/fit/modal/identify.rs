@@ -10,10 +10,10 @@ use super::frequency_domain::spectra::{ResponsePoint, Spectra, block_length, spe
 use super::result::{IdentifiedMode, InputChoice, ModalFit, ModalOptions, Quality};
 use super::shapes::{Estimate, Normalisation, Residues, drives_the_point, eta_of, same_mode};
 use super::thresholds::{
-    BAND_MARGIN_WIDTHS, MAX_CIRCLE_DAMPING_DIFFERENCE, MAX_CIRCLE_FREQUENCY_DIFFERENCE,
-    MAX_DAMPING_ERROR, MAX_FREQUENCY_ERROR, MAX_MISFIT_RATIO, MAX_ZETA, MIN_BAND_RATIO,
-    MIN_DRIVEN_FILL, MIN_DRIVEN_LINES, MIN_DRIVEN_SHARE, MIN_MODE_GAIN, MIN_RESIDUE_Z,
-    MIN_STRETCH_PERIODS,
+    BAND_MARGIN_WIDTHS, CLEAR_OF_GROUND, MAX_CIRCLE_DAMPING_DIFFERENCE,
+    MAX_CIRCLE_FREQUENCY_DIFFERENCE, MAX_DAMPING_ERROR, MAX_FREQUENCY_ERROR, MAX_MISFIT_RATIO,
+    MAX_ZETA, MIN_BAND_RATIO, MIN_DRIVEN_FILL, MIN_DRIVEN_LINES, MIN_DRIVEN_SHARE, MIN_MODE_GAIN,
+    MIN_RESIDUE_Z, MIN_STRETCH_PERIODS,
 };
 use super::time_domain::data::{Data, Stretch};
 use super::time_domain::kernel::Pole;
@@ -63,6 +63,18 @@ pub fn is_sweep(recording: &Recording) -> bool {
     apart.sort_by(f64::total_cmp);
     let at = |share: f64| apart[((apart.len() - 1) as f64 * share) as usize];
     at(0.9) > MIN_BAND_RATIO * at(0.1)
+}
+
+/// Names of the recordings that are sweeps in which the mass stays clear of the ground of `model`.
+#[must_use]
+pub fn sweeps_clear_of_ground(model: &Model, recordings: &[Arc<Recording>]) -> Vec<String> {
+    let dp = model.parameters[ParameterId::Dp];
+    let is_clear = |r: &Recording| {
+        let lowest = r.proof_mass.iter().copied().fold(f64::INFINITY, f64::min);
+        !model.has_ground || lowest > -CLEAR_OF_GROUND * dp
+    };
+    let all = recordings.iter().filter(|r| is_clear(r) && is_sweep(r));
+    all.map(|r| r.name.clone()).collect()
 }
 
 /// Identifies the modes of a device from swept sines; recordings that are none are left aside. `model`

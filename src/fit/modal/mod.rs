@@ -25,6 +25,6 @@ pub mod thresholds;
 pub mod time_domain;
 
 pub use self::error::ModalError;
-pub use self::identify::{identify, is_sweep};
+pub use self::identify::{identify, is_sweep, sweeps_clear_of_ground};
 pub use self::result::{IdentifiedMode, InputChoice, ModalFit, ModalOptions, Quality};
 pub use self::shapes::{Estimate, Normalisation, Shape};

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::frequency_domain::circle::CircleFit;
 use super::frequency_domain::spectra::ResponsePoint;
 use super::shapes::{Estimate, Normalisation, Shape, same_mode, set_modes};
+use super::thresholds::MAX_RELIABLE_MISFIT_RATIO;
 use super::time_domain::kernel::Pole;
 use crate::model::Model;
 use crate::model::parameter::ParameterId;
@@ -121,6 +122,22 @@ impl ModalFit {
         self.modes
             .iter()
             .filter(|m| m.quality == Quality::Identified)
+    }
+
+    /// Whether a mode is determined, and the modes follow the sweep near enough for a device to take
+    /// them.
+    #[must_use]
+    pub fn follows_sweep(&self) -> bool {
+        let pairs = self.noise.iter().zip(&self.misfit);
+        let follows = pairs
+            .into_iter()
+            .all(|(noise, misfit)| match (noise, misfit) {
+                (Some(noise), Some(misfit)) => {
+                    *noise <= 0.0 || *misfit <= MAX_RELIABLE_MISFIT_RATIO * noise
+                }
+                _ => true,
+            });
+        follows && self.identified().next().is_some()
     }
 
     /// Response of the fitted model at `frequency` \[Hz\] of reading `c` (0 proof mass, 1 cantilever)

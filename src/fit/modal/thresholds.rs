@@ -34,6 +34,9 @@ pub const BAND_MARGIN_WIDTHS: f64 = 1.0;
 /// Misfit over the noise from which the result says that the model does not follow \[-\]. Noise
 /// estimates are good to 20 %.
 pub const MAX_MISFIT_RATIO: f64 = 1.5;
+/// Misfit over the noise up to which the modes found may be given to a device. Beyond, what is fitted is
+/// mostly something else.
+pub const MAX_RELIABLE_MISFIT_RATIO: f64 = 10.0;
 /// Difference between circle fit and rational fit that is remarked on \[share of the frequency\].
 pub const MAX_CIRCLE_FREQUENCY_DIFFERENCE: f64 = 0.005;
 /// The same for the damping \[share\].
