@@ -23,6 +23,7 @@ pub mod experiment;
 #[cfg(test)]
 mod free_tests;
 pub mod inspect;
+pub mod modal;
 pub mod options;
 pub mod paper_steps;
 pub(crate) mod pipeline;

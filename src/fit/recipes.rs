@@ -1,6 +1,8 @@
 //! Which recording tells which parameter. The guided identification and the remarks of a fit say the
 //! same.
 
+/// For the modes of the structure.
+pub(crate) const LOW_SWEEP: &str = "a slow swept sine of low voltage over the resonances, for example 100 Hz to 10 kHz at 1 V over 10 s, without touching the ground";
 /// For the branches of the drive.
 pub(crate) const SLOW_CYCLES: &str = "whole slow cycles, for example 5 Hz sines of 6 V and 8 V";
 /// For the restitution.

@@ -1,6 +1,7 @@
 //! What the device is; no time stepping.
 
 pub mod bisection;
+pub mod design;
 pub mod drive;
 pub mod effects;
 pub mod film;
@@ -23,6 +24,7 @@ use self::ground::{BounceRule, StickSpeed};
 use self::parameter::{ParameterId, Parameters};
 use self::piezo::Piezo;
 use self::structure::Structure;
+use self::unit::Coordinate;
 
 /// A model that makes no sense, with the parameter to change.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -73,6 +75,9 @@ pub struct Model {
     pub bounce: BounceRule,
     /// Whether the cantilever's centre is a point of its own, with a reading.
     pub has_cantilever: bool,
+    /// Whether the readings are displacements or angles.
+    #[serde(default, skip_serializing_if = "Coordinate::is_length")]
+    pub coordinate: Coordinate,
     /// Effects beyond the baseline.
     #[serde(with = "stored_effects")]
     pub effects: Vec<ActiveEffect>,
@@ -277,12 +282,12 @@ impl Model {
     /// SI unit of a parameter, or of an active effect's as `effect.parameter`.
     pub fn unit_of(&self, id: &str) -> Option<&'static str> {
         if let Some(parameter) = ParameterId::from_id(id) {
-            return Some(parameter.spec().unit);
+            return Some(self.coordinate.unit(parameter.spec().unit));
         }
         let (effect, parameter) = id.split_once('.')?;
         let active = self.effects.iter().find(|e| e.spec.id == effect)?;
         let spec = active.spec.parameters.iter().find(|p| p.id == parameter)?;
-        Some(spec.unit)
+        Some(self.coordinate.unit(spec.unit))
     }
 
     /// Value of a parameter, or of an active effect's as `effect.parameter`, SI.

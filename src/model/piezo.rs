@@ -43,6 +43,21 @@ impl Default for Piezo {
 }
 
 impl Piezo {
+    /// A drive without hysteresis: one polynomial for both directions of the voltage.
+    #[must_use]
+    pub fn without_hysteresis(gain: [f64; 4]) -> Self {
+        Self {
+            rising: gain,
+            falling: gain,
+        }
+    }
+
+    /// Whether both branches are the same, so that the force follows the voltage at once.
+    #[must_use]
+    pub fn has_hysteresis(&self) -> bool {
+        self.rising != self.falling
+    }
+
     /// `gc(V)` on a branch; dimensionless.
     #[inline]
     pub fn gain(&self, voltage: f64, branch: Branch) -> f64 {

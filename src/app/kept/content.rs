@@ -31,6 +31,7 @@ impl Content {
             Self::Small(_) => std::ptr::null(),
             Self::Fit(finished) => Arc::as_ptr(&finished.result).cast(),
             Self::Answer(answer) => Arc::as_ptr(answer).cast(),
+            Self::Step(StepResult::Modal(found)) => Arc::as_ptr(found).cast(),
             Self::Step(StepResult::Drive(found)) => Arc::as_ptr(found).cast(),
             Self::Step(StepResult::Restitution(found)) => Arc::as_ptr(found).cast(),
             Self::Step(StepResult::Adhesion(found)) => Arc::as_ptr(found).cast(),

@@ -41,6 +41,7 @@ impl Part {
             Self::Fit => "fit",
             Self::FitPanel => "fit-panel",
             Self::Guide => "identification",
+            Self::Found(Step::Modal) => "identified-modal",
             Self::Found(Step::Drive) => "identified-drive",
             Self::Found(Step::Restitution) => "identified-restitution",
             Self::Found(Step::Adhesion) => "identified-adhesion",

@@ -125,7 +125,8 @@ fn is_sound_fit(result: &FitResult) -> bool {
 fn result_of(step: Step, bytes: &[u8]) -> Option<StepResult> {
     let found: StepResult = value(bytes)?;
     let is_sound = match (step, &found) {
-        (Step::Drive, StepResult::Drive(_))
+        (Step::Modal, StepResult::Modal(_))
+        | (Step::Drive, StepResult::Drive(_))
         | (Step::Restitution, StepResult::Restitution(_))
         | (Step::Adhesion, StepResult::Adhesion(_)) => true,
         (Step::Film, StepResult::Film(film)) => is_sound_fit(&film.fit),

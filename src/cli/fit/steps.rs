@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::result;
 use crate::cli::output::Results;
 use crate::cli::terminal;
+use crate::fit::modal::{Estimate, ModalFit, Quality};
 use crate::fit::paper_steps::adhesion::Adhesion;
 use crate::fit::paper_steps::drive::{BranchFit, DriveFit};
 use crate::fit::paper_steps::film::Film;
@@ -18,12 +19,14 @@ use crate::fit::paper_steps::restitution::Restitution;
 use crate::fit::paper_steps::sensitivity::{Sensitivity, TABLE_2_ROWS, ZERO_SHIFT};
 use crate::fit::{Control, FitError, FitOptions, FitResult, whole_device};
 use crate::model::Model;
+use crate::model::preset::known_value::with_error;
 use crate::model::unit::{counted, format_quantity};
 use crate::recording::Recording;
 
 /// What `--step` takes.
-pub const STEP_NAMES: [&str; 6] = [
+pub const STEP_NAMES: [&str; 7] = [
     "guide",
+    "modal",
     "drive",
     "restitution",
     "adhesion",
@@ -90,6 +93,7 @@ pub fn run(
             }
             guided(model, &found)
         }
+        Some(StepResult::Modal(found)) => modal(found),
         Some(StepResult::Drive(found)) => drive(found),
         Some(StepResult::Restitution(found)) => bounces(found),
         Some(StepResult::Adhesion(found)) => pull_off(found),
@@ -175,6 +179,65 @@ fn guided(model: &Model, found: &Guidance) -> Outcome {
         text,
         json!({ "steps": steps, "first": found.first, "sampled": sampled }),
     )
+}
+
+fn modal(fit: &ModalFit) -> Outcome {
+    let mut text = format!(
+        "Modes from {} to {}, {} of {} samples used, input {}\n",
+        format_quantity(fit.band.0, "Hz", 3),
+        format_quantity(fit.band.1, "Hz", 3),
+        fit.samples.0,
+        fit.samples.0 + fit.samples.1,
+        if fit.piezo.is_some() {
+            "gc(V, V')"
+        } else {
+            "V"
+        }
+    );
+    let pair = |e: Estimate, unit: &str| with_error(e.value, e.std_error, unit);
+    for (i, mode) in fit.modes.iter().enumerate() {
+        let quality = match mode.quality {
+            Quality::Identified => "",
+            Quality::Weak => "  (seen, not determined)",
+            Quality::OutsideBand => "  (outside the swept band)",
+        };
+        text += &format!(
+            "  mode {}: f = {}, zeta = {:.5} +- {:.1e}{quality}\n",
+            i + 1,
+            pair(mode.frequency, "Hz"),
+            mode.zeta.value,
+            mode.zeta.std_error
+        );
+        for (shape, name) in [
+            (mode.shape.and_then(|s| s.phi_c), "phi_c"),
+            (mode.shape.map(|s| s.phi_p), "phi_p"),
+        ] {
+            if let Some(e) = shape {
+                text += &format!(
+                    "       {name} = {:.2} +- {:.2} kg^-1/2\n",
+                    e.value, e.std_error
+                );
+            }
+        }
+        for (circle, name) in mode.circles.iter().zip(["xp", "xc"]) {
+            if let Some(circle) = circle {
+                text += &format!(
+                    "       circle fit of {name}: {}, zeta = {:.5}, scatter {:.1} %\n",
+                    with_error(circle.frequency.0, circle.frequency.1, "Hz"),
+                    circle.zeta.0,
+                    100.0 * circle.scatter
+                );
+            }
+        }
+    }
+    for remark in &fit.remarks {
+        text += &format!("{remark}\n");
+    }
+    if !fit.follows_sweep() {
+        text += "These modes do not follow the sweep; do not give them to a device.\n";
+    }
+    let value = serde_json::to_value(fit).unwrap_or(Value::Null);
+    (text, value)
 }
 
 fn drive(fit: &DriveFit) -> Outcome {

@@ -14,8 +14,9 @@ use crate::fit::contact_readings::{ContactReadings, inspect, sample_contacts};
 use crate::fit::contact_sample::Sampled;
 use crate::fit::error::FitError;
 use crate::fit::inspect::recording_summary::RecordingSummary;
+use crate::fit::modal::sweeps_clear_of_ground;
 use crate::fit::options::{FitOptions, Part, default_free, whole_device};
-use crate::fit::recipes::{BREAK_OFF, SLOW_CYCLES, SLOW_PULLS, TAPS};
+use crate::fit::recipes::{BREAK_OFF, LOW_SWEEP, SLOW_CYCLES, SLOW_PULLS, TAPS};
 use crate::fit::solve::levenberg_marquardt::Control;
 use crate::fit::thresholds::MAX_DEVICE_NOISE_RATIO;
 use crate::model::Model;
@@ -25,6 +26,8 @@ use crate::static_text::{self, StaticText};
 /// A step of the paper's identification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Step {
+    /// The modes of the structure (section 3.1).
+    Modal,
     /// The branches of the drive.
     Drive,
     /// The coefficient of restitution.
@@ -39,7 +42,8 @@ pub enum Step {
 
 impl Step {
     /// All, in the paper's order.
-    pub const ALL: [Step; 5] = [
+    pub const ALL: [Step; 6] = [
+        Step::Modal,
         Step::Drive,
         Step::Restitution,
         Step::Adhesion,
@@ -50,6 +54,7 @@ impl Step {
     /// As typed on the command line.
     pub fn id(self) -> &'static str {
         match self {
+            Step::Modal => "modal",
             Step::Drive => "drive",
             Step::Restitution => "restitution",
             Step::Adhesion => "adhesion",
@@ -66,6 +71,7 @@ impl Step {
     /// What it finds.
     pub fn title(self) -> &'static str {
         match self {
+            Step::Modal => "modal: frequencies, damping ratios and mode shapes",
             Step::Drive => "drive: the two branches of gc(V)",
             Step::Restitution => "restitution: alpha",
             Step::Adhesion => "adhesion: Ca and Ca0",
@@ -82,6 +88,7 @@ impl Step {
     /// The recording that it needs.
     pub fn recipe(self) -> &'static str {
         match self {
+            Step::Modal => LOW_SWEEP,
             Step::Drive => SLOW_CYCLES,
             Step::Restitution => TAPS,
             Step::Adhesion => SLOW_PULLS,
@@ -230,6 +237,7 @@ pub fn guide(
     };
     Guidance {
         allowances: vec![
+            asked(Step::Modal, sweeps(model, recordings)),
             asked(Step::Drive, drive),
             asked(Step::Restitution, restitution),
             asked(Step::Adhesion, adhesion),
@@ -243,6 +251,22 @@ pub fn guide(
         readings: read.ok().filter(|_| sampled.is_none()),
         sampled,
     }
+}
+
+/// The recordings that tell modes.
+fn sweeps(model: &Model, recordings: &[Arc<Recording>]) -> Result<Vec<String>, StepError> {
+    if recordings.is_empty() {
+        return Err(FitError::NoRecording.into());
+    }
+    let found = sweeps_clear_of_ground(model, recordings);
+    if found.is_empty() {
+        return Err(StepError::Unsuited {
+            recording: String::new(),
+            reason: "none is a swept sine in which the mass stays clear of the ground".to_owned(),
+            remedy: LOW_SWEEP,
+        });
+    }
+    Ok(found)
 }
 
 /// What a step may use, or what is missing; `unread` says whether bounces and releases were seen that
@@ -266,7 +290,7 @@ fn allowance(
             may_be_the_device: match step {
                 Step::Restitution => bounces_unread,
                 Step::Adhesion => releases_unread,
-                Step::Drive | Step::Film | Step::Sensitivity => false,
+                Step::Modal | Step::Drive | Step::Film | Step::Sensitivity => false,
             },
         }
     });

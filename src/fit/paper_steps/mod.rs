@@ -17,6 +17,7 @@ mod tests;
 use thiserror::Error;
 
 use super::error::FitError;
+use super::modal::ModalError;
 use super::thresholds::MAX_READING_NOISE_RATIO;
 
 /// Why a step cannot be taken with a recording.
@@ -25,6 +26,9 @@ pub enum StepError {
     /// The fit within a step does not begin, or has no result.
     #[error(transparent)]
     Fit(#[from] FitError),
+    /// The modes cannot be identified.
+    #[error(transparent)]
+    Modal(#[from] ModalError),
     /// The device lacks what the step is about.
     #[error("the device {device} has no {what}: {step} cannot be identified")]
     Device {

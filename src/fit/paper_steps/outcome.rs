@@ -14,6 +14,7 @@ use super::restitution::{Restitution, restitution};
 use super::sensitivity::{Sensitivity, sensitivity};
 use crate::fit::contact_readings::{ContactReadings, read_contacts};
 use crate::fit::error::FitError;
+use crate::fit::modal::{ModalFit, ModalOptions, identify};
 use crate::fit::options::{FitOptions, Part};
 use crate::fit::solve::levenberg_marquardt::Control;
 use crate::model::Model;
@@ -23,6 +24,8 @@ use crate::recording::Recording;
 /// The result of a step.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub enum StepResult {
+    /// Modes.
+    Modal(Arc<ModalFit>),
     /// Branches of the drive.
     Drive(Arc<DriveFit>),
     /// Restitution.
@@ -63,6 +66,10 @@ pub fn take(
         Ok(Arc::new(read))
     };
     Ok(match step {
+        Step::Modal => {
+            let options = ModalOptions::default();
+            StepResult::Modal(Arc::new(identify(model, recordings, &options, control)?))
+        }
         Step::Drive => StepResult::Drive(Arc::new(fit_drive(model, recordings)?)),
         Step::Restitution => {
             StepResult::Restitution(Arc::new(restitution(&names, read()?.as_ref())?))
@@ -77,11 +84,12 @@ pub fn take(
 
 impl StepResult {
     /// Whether its values can be given to a device: the film's cannot where the rings are not
-    /// followed.
+    /// followed, nor modes that do not follow the sweep.
     #[must_use]
     pub fn is_reliable(&self) -> bool {
         match self {
             StepResult::Film(found) => found.follows_rings(),
+            StepResult::Modal(found) => found.follows_sweep(),
             StepResult::Drive(_)
             | StepResult::Restitution(_)
             | StepResult::Adhesion(_)
@@ -91,6 +99,9 @@ impl StepResult {
 
     /// Applies the result to the device; the sensitivity is a comparison and changes nothing.
     pub fn apply(&self, model: &mut Model) {
+        if let StepResult::Modal(found) = self {
+            found.apply(model);
+        }
         let p = &mut model.parameters;
         match self {
             StepResult::Drive(found) => model.piezo = Some(found.piezo()),
@@ -104,7 +115,7 @@ impl StepResult {
                     p.set(id, found.fit.model.parameters[id]);
                 }
             }
-            StepResult::Sensitivity(_) => {}
+            StepResult::Modal(_) | StepResult::Sensitivity(_) => {}
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::guide::{Allowance, Step};
 use super::outcome::StepResult;
 use crate::model::parameter::ParameterId;
-use crate::model::unit::format_quantity;
+use crate::model::unit::{counted, format_quantity};
 
 /// An identified parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,6 +88,23 @@ fn add(summary: &mut Summary, step: Step, result: &StepResult) {
         });
     };
     match result {
+        StepResult::Modal(found) => {
+            let ids = [
+                (ParameterId::F1, ParameterId::Zeta1),
+                (ParameterId::F2, ParameterId::Zeta2),
+            ];
+            for (mode, (frequency, zeta)) in found.identified().zip(ids) {
+                identified(frequency, mode.frequency.value, mode.frequency.std_error);
+                identified(zeta, mode.zeta.value, mode.zeta.std_error);
+            }
+            let text = format!(
+                "{} with their shapes, from {} to {}",
+                counted(found.identified().count(), "mode"),
+                format_quantity(found.band.0, "Hz", 3),
+                format_quantity(found.band.1, "Hz", 3)
+            );
+            summary.others.push((step, text));
+        }
         StepResult::Restitution(found) => identified(ParameterId::Alpha, found.mean, found.error),
         StepResult::Adhesion(found) => {
             identified(ParameterId::Ca, found.rate.0, found.rate.1);
@@ -187,13 +204,19 @@ mod tests {
         };
         assert_eq!(alpha.text(), "alpha = 0.3 +- 0.0004");
         let steps: Vec<Step> = summary.untold.iter().map(|u| u.step).collect();
-        let rest = [Step::Drive, Step::Adhesion, Step::Film, Step::Sensitivity];
+        let rest = [
+            Step::Modal,
+            Step::Drive,
+            Step::Adhesion,
+            Step::Film,
+            Step::Sensitivity,
+        ];
         assert_eq!(steps, rest);
         assert!(
-            summary.untold[0]
+            summary.untold[1]
                 .text()
                 .contains("Record whole slow cycles")
         );
-        assert_eq!(summary.untold[1].text(), "the releases scatter.");
+        assert_eq!(summary.untold[2].text(), "the releases scatter.");
     }
 }

@@ -4,8 +4,6 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::piezo::Piezo;
-
 /// Version of the preset format that is written.
 pub(super) const FORMAT: u32 = 1;
 
@@ -20,7 +18,7 @@ pub(super) struct File {
     pub(super) start: Start,
     pub(super) device: Device,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) piezo: Option<Piezo>,
+    pub(super) piezo: Option<PiezoEntry>,
     #[serde(default)]
     pub(super) parameters: BTreeMap<String, f64>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -46,11 +44,25 @@ pub(super) struct Device {
     pub(super) ground: bool,
     pub(super) cantilever: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) coordinate: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) bounce: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) stick_speed: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) adhesion_reach: Option<f64>,
+}
+
+/// The drive: one polynomial, or one for each direction of the voltage. Constant term first.
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct PiezoEntry {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) gain: Option<Vec<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) rising: Option<Vec<f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) falling: Option<Vec<f64>>,
 }
 
 /// A mode by its shape, or a single mass on a spring.

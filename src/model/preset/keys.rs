@@ -18,10 +18,12 @@ const DEVICE_KEYS: &[&str] = &[
     "proof_mass",
     "ground",
     "cantilever",
+    "coordinate",
     "bounce",
     "stick_speed",
     "adhesion_reach",
 ];
+const PIEZO_KEYS: &[&str] = &["gain", "rising", "falling"];
 const MODE_KEYS: &[&str] = &[
     "frequency",
     "zeta",
@@ -42,7 +44,11 @@ pub(super) fn unknown(text: &str) -> Option<Unknown> {
         let found = table.keys().find(|key| !known.contains(&key.as_str()));
         found.cloned()
     };
-    for (section, known) in [("start", START_KEYS), ("device", DEVICE_KEYS)] {
+    for (section, known) in [
+        ("start", START_KEYS),
+        ("device", DEVICE_KEYS),
+        ("piezo", PIEZO_KEYS),
+    ] {
         let inner = table.get(section).and_then(toml::Value::as_table);
         if let Some(key) = inner.and_then(|inner| stray(inner, known)) {
             return Some((section.to_owned(), 0, key, known));

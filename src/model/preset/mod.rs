@@ -15,14 +15,19 @@ use std::path::Path;
 pub use self::error::PresetError;
 
 use self::error::Source;
-use self::file::{Device, FORMAT, File, ModeEntry, Start};
+use self::file::{Device, FORMAT, File, ModeEntry, PiezoEntry, Start};
 use self::known_value::{KnownValue, device_parameter};
-use self::read::{read_bounce, read_effects, read_known, read_modes, read_parameters, read_ranges};
+use self::read::{
+    read_bounce, read_coordinate, read_effects, read_known, read_modes, read_parameters,
+    read_piezo, read_ranges,
+};
 use self::toml_fault::{TomlFault, short_key};
 use super::Model;
 use super::drive::Waveform;
 use super::ground::{BounceRule, StickSpeed};
 use super::parameter::ParameterId;
+use super::piezo::Piezo;
+use super::unit::Coordinate;
 
 /// The built-in presets: name and text.
 pub const EMBEDDED: [(&str, &str); 5] = [
@@ -154,21 +159,13 @@ impl Preset {
             parameters,
             modes,
             proof_mass: read.device.proof_mass,
-            piezo: read.piezo,
+            piezo: read_piezo(&source, &read)?,
+            coordinate: read_coordinate(&source, &read)?,
             has_ground: read.device.ground,
             bounce: read_bounce(&source, &read)?,
             has_cantilever: read.device.cantilever,
             effects: read_effects(&source, &read)?,
         };
-        let finite = |c: &[f64; 4]| c.iter().all(|v| v.is_finite());
-        if let Some(piezo) = &model.piezo {
-            for (key, branch) in [("rising", &piezo.rising), ("falling", &piezo.falling)] {
-                if !finite(branch) {
-                    let reason = "the coefficients must be finite numbers".to_owned();
-                    return Err(source.invalid("piezo", 0, key, reason));
-                }
-            }
-        }
         model.check().map_err(|error| {
             let section = match error.parameter.as_str() {
                 "proof_mass" | "stick_speed" | "adhesion_reach" => "device",
@@ -205,7 +202,7 @@ impl Preset {
                 duration: self.duration,
             },
             device: device_entry(model),
-            piezo: model.piezo,
+            piezo: model.piezo.as_ref().map(piezo_entry),
             parameters: model
                 .parameters
                 .iter()
@@ -260,6 +257,21 @@ impl Preset {
     }
 }
 
+/// The section on the drive.
+fn piezo_entry(piezo: &Piezo) -> PiezoEntry {
+    if !piezo.has_hysteresis() {
+        return PiezoEntry {
+            gain: Some(piezo.rising.to_vec()),
+            ..PiezoEntry::default()
+        };
+    }
+    PiezoEntry {
+        gain: None,
+        rising: Some(piezo.rising.to_vec()),
+        falling: Some(piezo.falling.to_vec()),
+    }
+}
+
 /// The section on the device.
 fn device_entry(model: &Model) -> Device {
     let (bounce, stick_speed, adhesion_reach) = match model.bounce {
@@ -276,6 +288,8 @@ fn device_entry(model: &Model) -> Device {
         proof_mass: model.proof_mass,
         ground: model.has_ground,
         cantilever: model.has_cantilever,
+        coordinate: (model.coordinate != Coordinate::Length)
+            .then(|| model.coordinate.id().to_owned()),
         bounce,
         stick_speed,
         adhesion_reach,

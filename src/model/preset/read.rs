@@ -10,7 +10,9 @@ use crate::model::effects;
 use crate::model::effects::ActiveEffect;
 use crate::model::ground::{BounceRule, StickSpeed};
 use crate::model::parameter::{ParameterId, Parameters};
+use crate::model::piezo::Piezo;
 use crate::model::structure::Mode;
+use crate::model::unit::Coordinate;
 
 pub(super) fn read_modes(source: &Source<'_>, read: &File) -> Result<Vec<Mode>, PresetError> {
     let mut modes = Vec::with_capacity(read.mode.len());
@@ -56,6 +58,69 @@ pub(super) fn read_modes(source: &Source<'_>, read: &File) -> Result<Vec<Mode>, 
         }
     }
     Ok(modes)
+}
+
+/// The drive, if there is one: `gain` for both directions of the voltage, or `rising` and
+/// `falling`. Higher powers that are not given are zero.
+pub(super) fn read_piezo(source: &Source<'_>, read: &File) -> Result<Option<Piezo>, PresetError> {
+    let Some(entry) = &read.piezo else {
+        return Ok(None);
+    };
+    let fail = |key: &str, reason: String| source.invalid("piezo", 0, key, reason);
+    let polynomial = |key: &str, given: &[f64]| {
+        let mut all = [0.0; 4];
+        if given.is_empty() || given.len() > all.len() {
+            let reason = format!(
+                "{} coefficients; give one to {}, the constant first",
+                given.len(),
+                all.len()
+            );
+            return Err(fail(key, reason));
+        }
+        if given.iter().any(|c| !c.is_finite()) {
+            return Err(fail(
+                key,
+                "the coefficients must be finite numbers".to_owned(),
+            ));
+        }
+        all.iter_mut().zip(given).for_each(|(to, c)| *to = *c);
+        Ok(all)
+    };
+    match (&entry.gain, &entry.rising, &entry.falling) {
+        (Some(gain), None, None) => Ok(Some(Piezo::without_hysteresis(polynomial("gain", gain)?))),
+        (None, Some(rising), Some(falling)) => Ok(Some(Piezo {
+            rising: polynomial("rising", rising)?,
+            falling: polynomial("falling", falling)?,
+        })),
+        (Some(_), ..) => Err(fail(
+            "gain",
+            "give either gain, for both directions of the voltage, or rising and falling"
+                .to_owned(),
+        )),
+        (None, Some(_), None) => Err(fail(
+            "rising",
+            "falling is missing; for a drive without hysteresis write gain instead".to_owned(),
+        )),
+        (None, None, Some(_)) => Err(fail(
+            "falling",
+            "rising is missing; for a drive without hysteresis write gain instead".to_owned(),
+        )),
+        (None, None, None) => Err(fail(
+            "gain",
+            "give gain, or rising and falling, or leave [piezo] out".to_owned(),
+        )),
+    }
+}
+
+/// What the coordinates of the device are.
+pub(super) fn read_coordinate(source: &Source<'_>, read: &File) -> Result<Coordinate, PresetError> {
+    match read.device.coordinate.as_deref() {
+        None => Ok(Coordinate::Length),
+        Some(text) => Coordinate::find(text).ok_or_else(|| {
+            let reason = format!("{text:?} is no coordinate; there are length, angle");
+            source.invalid("device", 0, "coordinate", reason)
+        }),
+    }
 }
 
 /// The rule by which the mass bounces. Keys of it that do not go with the others are refused: they

@@ -238,6 +238,78 @@ fn the_rule_of_bounces_is_read_and_written() {
     assert!(error.contains("without a ground"), "{error}");
 }
 
+#[test]
+fn a_linear_drive_is_given_once() {
+    let text = EMBEDDED[0].1;
+    let both =
+        "rising = [1.4796, -0.7057, -0.0255, 0.0016]\nfalling = [-0.6350, -0.6062, 0.0076, 0.0]";
+    assert!(text.contains(both));
+    let with = |lines: &str| Preset::parse("linear.toml", &text.replacen(both, lines, 1));
+    let linear = with("gain = [0.1, -0.7]").unwrap();
+    let piezo = linear.model.piezo.unwrap();
+    assert_eq!(piezo.rising, [0.1, -0.7, 0.0, 0.0]);
+    assert_eq!(piezo.rising, piezo.falling);
+    let written = linear.to_toml();
+    assert!(
+        written.contains("gain = ") && !written.contains("rising"),
+        "{written}"
+    );
+    assert_eq!(Preset::parse("again", &written).unwrap(), linear);
+    // Two branches that are the same are one.
+    let twice = with("rising = [0.1, -0.7]\nfalling = [0.1, -0.7, 0.0]").unwrap();
+    assert_eq!(twice, linear);
+    for (lines, key, reason) in [
+        ("gain = [1.0]\nrising = [1.0]", "gain", "either gain"),
+        ("rising = [1.0]", "rising", "falling is missing"),
+        ("falling = [1.0]", "falling", "rising is missing"),
+        ("", "gain", "or leave [piezo] out"),
+        ("gain = []", "gain", "0 coefficients"),
+        ("gain = [1.0, 2.0, 3.0, 4.0, 5.0]", "gain", "5 coefficients"),
+        ("gain = [nan]", "gain", "finite"),
+        ("gian = [1.0]", "gian", "unknown field"),
+    ] {
+        let error = with(lines).unwrap_err();
+        let PresetError::Invalid {
+            line, key: found, ..
+        } = &error
+        else {
+            panic!("{error}");
+        };
+        assert!(*line > 1 && found == key, "{lines}: {error}");
+        assert!(error.to_string().contains(reason), "{lines}: {error}");
+    }
+}
+
+#[test]
+fn a_pendulum_is_read_in_radians() {
+    let text = EMBEDDED[2].1;
+    let line = "cantilever = false";
+    let with = |more: &str| {
+        Preset::parse(
+            "p.toml",
+            &text.replacen(line, &format!("{line}\n{more}"), 1),
+        )
+    };
+    let pendulum = with("coordinate = \"angle\"").unwrap();
+    assert_eq!(pendulum.model.coordinate, Coordinate::Angle);
+    assert_eq!(pendulum.model.unit_of("x0"), Some("rad"));
+    assert_eq!(pendulum.model.unit_of("v0"), Some("rad/s"));
+    assert_eq!(
+        Preset::parse("again", &pendulum.to_toml()).unwrap(),
+        pendulum
+    );
+    let plain = with("coordinate = \"length\"").unwrap();
+    assert_eq!(plain.model.unit_of("x0"), Some("m"));
+    assert!(!plain.to_toml().contains("coordinate"));
+    let stored = serde_json::to_value(&plain.model).unwrap();
+    assert!(stored.get("coordinate").is_none());
+    let again: Model =
+        serde_json::from_value(serde_json::to_value(&pendulum.model).unwrap()).unwrap();
+    assert_eq!(again, pendulum.model);
+    let error = with("coordinate = \"degrees\"").unwrap_err().to_string();
+    assert!(error.contains("length, angle"), "{error}");
+}
+
 proptest! {
     #[test]
     fn no_text_panics(text in "\\PC*") {

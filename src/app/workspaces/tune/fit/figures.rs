@@ -20,7 +20,7 @@ use crate::model::unit::{counted, format_quantity};
 /// Points of a fitted curve.
 const CURVE_POINTS: usize = 120;
 
-fn plot<'a>(name: &'a str, x: &'a str, y: &'a str) -> Plot<'a> {
+pub(super) fn plot<'a>(name: &'a str, x: &'a str, y: &'a str) -> Plot<'a> {
     bare(name, x, y).legend(
         Legend::default()
             .position(Corner::RightTop)

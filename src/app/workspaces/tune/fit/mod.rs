@@ -3,6 +3,7 @@
 
 pub(crate) mod choose;
 mod figures;
+mod modal_figures;
 mod picture;
 mod profile;
 mod result;

@@ -1,10 +1,10 @@
-//! The guided identification: the five steps of the paper, which of them the recordings
+//! The guided identification: the steps of the paper, which of them the recordings
 //! allow, the fit of the device where it comes first, and the result of each step.
 
 use eframe::egui::{Button, RichText, Ui};
 
 use super::choose::symbol;
-use super::{figures, summary};
+use super::{figures, modal_figures, summary};
 use crate::app::analysis::identification::Course;
 use crate::app::setup::command::Command;
 use crate::app::setup::workspace_id::WorkspaceId;
@@ -218,6 +218,7 @@ fn finding(ui: &mut Ui, state: &mut State) {
                 }
             }
             match &found {
+                StepResult::Modal(found) => modal_figures::show(ui, found),
                 StepResult::Drive(found) => figures::drive(ui, found),
                 StepResult::Restitution(found) => figures::restitution(ui, found),
                 StepResult::Adhesion(found) => figures::adhesion(ui, found),

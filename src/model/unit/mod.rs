@@ -4,7 +4,13 @@
 //! knows prefixes. Texts use `u` for micro where a file is written and `µ` on
 //! screen; both, and the Greek letter U+03BC, are read.
 
+mod coordinate;
+
+use std::f64::consts::PI;
+
 use thiserror::Error;
+
+pub use self::coordinate::Coordinate;
 
 /// Why a text could not be read as a quantity.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -37,20 +43,66 @@ const PREFIXES: [(&str, f64); 11] = [
     ("G", 1e9),
 ];
 
+/// Units of one quantity that are no SI unit with a prefix: text, the SI unit, factor.
+const OTHER_UNITS: [(&str, &str, f64); 12] = [
+    ("deg", "rad", PI / 180.0),
+    ("\u{b0}", "rad", PI / 180.0),
+    ("rev", "rad", 2.0 * PI),
+    ("deg/s", "rad/s", PI / 180.0),
+    ("rpm", "rad/s", 2.0 * PI / 60.0),
+    ("km/h", "m/s", 1.0 / 3.6),
+    ("m/min", "m/s", 1.0 / 60.0),
+    ("dyn", "N", 1e-5),
+    // Forces of balances and tensile testers, by standard gravity.
+    ("gf", "N", 9.80665e-3),
+    ("kgf", "N", 9.80665),
+    ("t", "kg", 1e3),
+    ("g/cm^3", "kg/m^3", 1e3),
+];
+
 /// Factor that turns a number in `unit` into the SI `base` unit, or `None` if
-/// `unit` is not `base` with an optional prefix. An empty `unit` counts as `base`.
+/// `unit` is not `base` with an optional prefix, or another unit of that quantity: degrees
+/// for `rad`, grams for `kg`, `gf` for `N`. An empty `unit` counts as `base`.
 ///
 /// `unit_factor("um", "m") == Some(1e-6)`; `unit_factor("ms", "m") == None`.
+///
+/// # Examples
+/// ```
+/// use impactscope::model::unit::unit_factor;
+///
+/// assert_eq!(unit_factor("mrad", "rad"), Some(1e-3));
+/// assert!((unit_factor("deg", "rad").unwrap() - 0.0174532925).abs() < 1e-10);
+/// assert_eq!(unit_factor("uN", "N"), Some(1e-6));
+/// assert_eq!(unit_factor("mm/s", "m/s"), Some(1e-3));
+/// assert_eq!(unit_factor("ug", "kg"), Some(1e-9));
+/// assert_eq!(unit_factor("deg", "m"), None);
+/// ```
 pub fn unit_factor(unit: &str, base: &str) -> Option<f64> {
     let unit = unit.trim();
     if unit.is_empty() || unit == base {
         return Some(1.0);
     }
-    let prefix = unit.strip_suffix(base)?;
+    let other = OTHER_UNITS
+        .iter()
+        .find(|(text, si, _)| *text == unit && *si == base);
+    if let Some((_, _, factor)) = other {
+        return Some(*factor);
+    }
+    // The unit of mass has its prefix already.
+    let (stem, scale) = match base.strip_prefix("kg") {
+        Some(rest) => (base.strip_prefix('k').unwrap_or(rest), 1e-3),
+        None => (base, 1.0),
+    };
+    let prefix = unit.strip_suffix(stem)?;
     PREFIXES
         .iter()
         .find(|(text, _)| *text == prefix)
-        .map(|(_, factor)| *factor)
+        .map(|(text, factor)| match (*text, scale == 1.0) {
+            (_, true) => *factor,
+            ("k", false) => 1.0,
+            // By division, so that whole numbers stay exact: 1e-6 * 1e-3 is not 1e-9.
+            _ => *factor / 1e3,
+        })
 }
 
 /// Splits `"58 um"` into `(58.0, "um")`. The number takes as much of the text as
@@ -177,7 +229,7 @@ pub fn format_number(value: f64, digits: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::unit::*;
+    use crate::model::unit::*;
 
     #[test]
     fn reads_what_people_type() {
@@ -197,6 +249,33 @@ mod tests {
         close("1.7 uN/s", "N/s", 1.7e-6);
         close("0.4", "s", 0.4);
         close("-3mV", "V", -3e-3);
+    }
+
+    #[test]
+    fn angles_forces_speeds_and_masses_have_their_own_units() {
+        let close = |text: &str, base: &str, value: f64| {
+            let read = parse_quantity(text, base).unwrap();
+            assert!((read / value - 1.0).abs() <= 1e-12, "{text}: {read}");
+        };
+        close("5 deg", "rad", 5.0 * PI / 180.0);
+        close("-90\u{b0}", "rad", -PI / 2.0);
+        close("12 mrad", "rad", 0.012);
+        close("1.5", "rad", 1.5);
+        close("60 rpm", "rad/s", 2.0 * PI);
+        close("27 nN", "N", 27e-9);
+        close("2 gf", "N", 0.0196133);
+        close("36 km/h", "m/s", 10.0);
+        close("30 um/s", "m/s", 30e-6);
+        close("349.5 ng", "kg", 3.495e-10);
+        close("5 g", "kg", 5e-3);
+        close("2.33 g/cm^3", "kg/m^3", 2330.0);
+        close("2330 kg/m^3", "kg/m^3", 2330.0);
+        close("3.5e-7 kg/m", "kg/m", 3.5e-7);
+        close("0.35 mg/m", "kg/m", 3.5e-7);
+        close("169 GPa", "Pa", 169e9);
+        for (text, base) in [("5 m", "rad"), ("5 deg", "m"), ("3 N", "kg"), ("1 g", "N")] {
+            assert!(parse_quantity(text, base).is_err(), "{text} as {base}");
+        }
     }
 
     #[test]

@@ -1,0 +1,1 @@
+//! Modes of known devices from made-up sweeps.
