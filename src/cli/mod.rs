@@ -3,6 +3,7 @@
 //! Ctrl-C was pressed twice.
 
 mod demo;
+mod design;
 mod device;
 mod diagnose;
 mod fit;
@@ -74,6 +75,8 @@ enum Command {
     Sweep(sweep::Arguments),
     /// Say what recordings hold: channels, units, rate, noise, the drive, contacts, and what is odd
     Inspect(inspect::Arguments),
+    /// Make a preset for a device of one's own: from geometry, a table of modes, or a swept sine
+    Device(design::Arguments),
     /// Diagnose recordings that come with the program, and write a report
     Demo(demo::Arguments),
 }
@@ -93,6 +96,7 @@ pub fn main() -> ExitCode {
         Some(Command::Diagnose(arguments)) => diagnose::run(&arguments),
         Some(Command::Trial(arguments)) => trial::run(&arguments),
         Some(Command::Sweep(arguments)) => sweep::run(&arguments),
+        Some(Command::Device(arguments)) => design::run(&arguments),
         Some(Command::Inspect(arguments)) => inspect::run(&arguments),
         Some(Command::Demo(arguments)) => demo::run(&arguments),
         #[cfg(not(feature = "gui"))]
