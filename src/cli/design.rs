@@ -99,13 +99,14 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         results.add(path, preset.to_toml());
     }
     if let Some(path) = &args.json {
-        let modes = preset.model.structure.modes.iter().map(|mode| {
+        let structure = preset.model.structure();
+        let modes = structure.modes.iter().map(|mode| {
             json!({
                 "frequency": mode.frequency, "zeta": mode.zeta, "phi_c": mode.phi_c, "phi_p": mode.phi_p,
             })
         });
         let value = json!({
-            "name": preset.name, "modes": modes.collect::<Vec<_>>(), "notes": notes, "identified": found,
+            "name": preset.model.name, "modes": modes.collect::<Vec<_>>(), "notes": notes, "identified": found,
         });
         results.add_json(path, &value);
     }
@@ -167,8 +168,8 @@ fn identified(args: &Arguments) -> Result<(Preset, Vec<String>, serde_json::Valu
 }
 
 fn summary(preset: &Preset, notes: &[String], out: Option<&Path>) -> String {
-    let mut text = format!("{}: {}\n", preset.name, preset.about);
-    for (i, mode) in preset.model.structure.modes.iter().enumerate() {
+    let mut text = format!("{}: {}\n", preset.model.name, preset.about);
+    for (i, mode) in preset.model.structure().modes.iter().enumerate() {
         text += &format!(
             "  mode {}: {}, damping ratio {:.4}, shape {:.5} at the mass\n",
             i + 1,
@@ -209,7 +210,7 @@ mod tests {
         let made = described(&parse("--spring m=0.2kg,k=15N/m,name=own").unwrap())
             .ok()
             .unwrap();
-        assert_eq!(made.preset.name, "own");
+        assert_eq!(made.preset.model.name, "own");
         let frequency = (15.0f64 / 0.2).sqrt() / std::f64::consts::TAU;
         assert!((made.preset.model.get("f1").unwrap() / frequency - 1.0).abs() < 1e-9);
         let failure = described(&parse("--beam L=750us").unwrap()).unwrap_err();
