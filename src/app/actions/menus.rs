@@ -126,7 +126,11 @@ fn menu(services: &mut Services, ui: &mut Ui, (title, groups): Menu) {
 }
 
 fn file_menu(services: &mut Services, ui: &mut Ui) {
-    items(services, ui, &[Command::Open, Command::OpenPath]);
+    items(
+        services,
+        ui,
+        &[Command::Open, Command::OpenPath, Command::NewDevice],
+    );
     ui.menu_button("Open recent", |ui| {
         let recent = recent::recent();
         if recent.is_empty() {

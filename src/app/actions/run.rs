@@ -14,6 +14,7 @@ use crate::app::files::built_in;
 use crate::app::files::event::{FileEvent, Purpose};
 use crate::app::services::Services;
 use crate::app::setup::command::Command;
+use crate::app::setup::current_setup::choose_preset;
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
 use crate::app::setup::explore::DriveSource;
 use crate::app::setup::overlay::Overlay;
@@ -117,6 +118,7 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
     match command {
         Command::Open => services.files.open_dialog(),
         Command::OpenPath => services.dialogs.ask_path(None),
+        Command::NewDevice => services.dialogs.ask_device(),
         Command::SaveSession => match services.session_path.clone() {
             Some(path) => save(services, Purpose::Session, path),
             None => services.dialogs.ask_path(Some(Purpose::Session)),
@@ -334,6 +336,7 @@ pub fn dialogs(services: &mut Services, ui: &mut Ui) {
         }
         Some(Answer::Save(purpose, path)) => save(services, purpose, path),
         Some(Answer::Import(path, settings)) => services.files.import(path, settings, None),
+        Some(Answer::Device(preset)) => choose_preset(&mut services.state.setup, &preset),
         Some(Answer::Trial(path, trial)) => services.files.preview_trial(path, trial),
         Some(Answer::Browse(None)) => services.files.open_dialog(),
         Some(Answer::Browse(Some(purpose))) => services.files.save_dialog(purpose),

@@ -4,6 +4,7 @@ mod about;
 mod columns;
 mod help;
 mod import;
+mod new_device;
 mod palette;
 mod path;
 mod sample;
@@ -18,9 +19,11 @@ use eframe::egui::{Id, Key, Popup, Ui};
 use super::files::event::Purpose;
 use super::setup::command::Command;
 use super::setup::overlay::OverlayId;
+use crate::model::preset::Preset;
 use crate::recording::csv::{ImportSettings, Preview};
 
 pub use self::import::ImportDialog;
+pub use self::new_device::NewDeviceDialog;
 pub use self::palette::Palette;
 pub use self::path::PathDialog;
 
@@ -70,6 +73,8 @@ pub enum Answer {
     Import(PathBuf, ImportSettings),
     /// Preview another recording of a file with several.
     Trial(PathBuf, usize),
+    /// Take a device that was described.
+    Device(Box<Preset>),
     /// Use the system's dialog.
     Browse(Option<Purpose>),
 }
@@ -78,6 +83,7 @@ pub enum Answer {
 #[derive(Debug, Default)]
 pub struct Dialogs {
     import: Option<ImportDialog>,
+    device: Option<NewDeviceDialog>,
     path: Option<PathDialog>,
     palette: Option<Palette>,
     help: bool,
@@ -87,12 +93,20 @@ pub struct Dialogs {
 impl Dialogs {
     /// Whether one is open that takes the keys.
     pub fn is_open(&self) -> bool {
-        self.import.is_some() || self.path.is_some() || self.palette.is_some()
+        self.import.is_some()
+            || self.device.is_some()
+            || self.path.is_some()
+            || self.palette.is_some()
     }
 
     /// Opens the import settings of a recording; starts from `known` settings, if given.
     pub fn ask_import(&mut self, path: PathBuf, preview: Preview, known: Option<ImportSettings>) {
         self.import = Some(ImportDialog::new(path, preview, known));
+    }
+
+    /// Describes a new device.
+    pub fn ask_device(&mut self) {
+        self.device = Some(NewDeviceDialog::default());
     }
 
     /// Asks for a file to open (`None`) or to save to.
@@ -128,6 +142,13 @@ impl Dialogs {
             answer = answer.or(given);
             if !open {
                 self.import = None;
+            }
+        }
+        if let Some(dialog) = &mut self.device {
+            let (open, given) = dialog.show(ui);
+            answer = answer.or(given);
+            if !open {
+                self.device = None;
             }
         }
         if let Some(dialog) = &mut self.path {

@@ -15,6 +15,8 @@ pub enum Command {
     Open,
     /// Opens a file by a typed path.
     OpenPath,
+    /// Describes a device of one's own.
+    NewDevice,
     /// Saves the session.
     SaveSession,
     /// Saves the session under a new name.
@@ -137,6 +139,7 @@ impl Command {
         let mut all = vec![
             Command::Open,
             Command::OpenPath,
+            Command::NewDevice,
             Command::SaveSession,
             Command::SaveSessionAs,
             Command::SavePreset,

@@ -10,6 +10,10 @@ impl Command {
         match self {
             Command::Open => ("Open...", "Open a recording, a preset or a session"),
             Command::OpenPath => ("Open path...", "Open a file by typing its path"),
+            Command::NewDevice => (
+                "New device...",
+                "Describe a device by its geometry, or as a mass on a spring, a pendulum or a free mass",
+            ),
             Command::SaveSession => (
                 "Save session",
                 "Save parameters, drive, recordings, kept curves, view and results",
