@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use calamine::{DataRef, Reader, Xlsx as Workbook};
 
@@ -64,12 +65,20 @@ pub(super) fn read_workbook(
         ..*context
     };
     check_size(&context, &mut open(&context, bytes)?)?;
+    // Ranges that end before they begin overflow in calamine 0.38 (`get_dimension`) where the build
+    // checks for it. Nothing of the workbook outlives the call.
+    let read = AssertUnwindSafe(|| read_sheets(&context, bytes));
+    catch_unwind(read).unwrap_or_else(|_| Err(context.unreadable("a cell or range is not valid")))
+}
+
+/// [`read_workbook`] after the archive was checked.
+fn read_sheets(context: &FileContext, bytes: &[u8]) -> Result<FormatContent, FormatError> {
     let mut workbook: Workbook<_> =
         Workbook::new(Cursor::new(bytes)).map_err(|error| context.unreadable(error))?;
     let mut tables = Vec::new();
     let mut without = Vec::new();
     for name in workbook.sheet_names() {
-        let Some(sheet) = read_sheet(&context, &mut workbook, &name)? else {
+        let Some(sheet) = read_sheet(context, &mut workbook, &name)? else {
             without.push(name);
             continue;
         };
