@@ -116,6 +116,9 @@ def hdf5():
         table["t"], table["V"], table["xp"], table["on"] = t, V, xp * 2, i % 2
         file["table"] = table
 
+    with h5py.File(path("hdf5", "lzf.h5"), "w", libver="latest") as file:
+        file.create_dataset("xp", data=xp, chunks=(N,), compression="lzf", shuffle=True)
+
     def write(file):
         variable(file, "t", t.reshape(1, -1), chunks=(1, N), compression="gzip")
         variable(file, "m", np.vstack([V, xp]))
@@ -209,6 +212,9 @@ def sheets():
     third = book.create_sheet("second")
     for k in range(3):
         third.append([k, k * k])
+    settings = book.create_sheet("settings")
+    for row in (["Rate", 4000], ["Points", 3], ["t [s]", "x"], [0, 0.5], [1, 1.5], [2, 2.5]):
+        settings.append(row)
     name = path("xlsx", "sheets.xlsx")
     book.save(name)
 

@@ -3,15 +3,18 @@
 //!
 //! Attributes that name a unit, a sampling rate or an interval are used.
 
+use hdf5_reader::error::Error;
+use hdf5_reader::filters::FilterFn;
 use hdf5_reader::group::Group;
 use hdf5_reader::messages::datatype::Datatype;
-use hdf5_reader::{Attribute, Dataset, Hdf5File, OpenOptions};
+use hdf5_reader::{Attribute, Dataset, FilterRegistry, Hdf5File, OpenOptions};
 
 use super::arrays::{ArrayLabel, Arrays, joined, stem};
 use super::bytes::{ByteOrder, NumberType};
 use super::error::{FileContext, FormatError};
 use super::format::{Format, FormatContent};
 use super::hdf5_attributes::Attributes;
+use super::hdf5_lzf::{LZF, unpack};
 use super::matrix::Matrix;
 use super::unpack::{MAX_DEFLATE_RATIO, MAX_UNPACKED_BYTES};
 
@@ -59,6 +62,7 @@ impl Format for Hdf5 {
         let options = OpenOptions::default()
             .with_max_chunk_bytes(MAX_CHUNK_BYTES)
             .with_max_read_bytes(usize::try_from(limit).unwrap_or(usize::MAX))
+            .with_filter_registry(filters())
             // Each dataset is read once.
             .with_chunk_cache_bytes(0);
         let file = Hdf5File::from_bytes_with_options(bytes, options)
@@ -75,6 +79,16 @@ impl Format for Hdf5 {
         let tables = reader.arrays.into_tables(&context, &stem(context.file))?;
         Ok(FormatContent::Tables(tables))
     }
+}
+
+/// The filters of `hdf5-reader`, and LZF.
+fn filters() -> FilterRegistry {
+    let mut filters = FilterRegistry::new();
+    let lzf: FilterFn = Box::new(|_, bytes, _| {
+        unpack(bytes).ok_or_else(|| Error::InvalidData("LZF data of a chunk".to_owned()))
+    });
+    filters.register(LZF, lzf);
+    filters
 }
 
 struct Reader {

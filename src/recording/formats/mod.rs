@@ -11,6 +11,7 @@ mod format;
 mod gzip;
 mod hdf5;
 mod hdf5_attributes;
+mod hdf5_lzf;
 mod lines;
 mod lvm;
 mod mat5;

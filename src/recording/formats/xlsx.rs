@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use calamine::{DataRef, Reader, Xlsx as Workbook};
 
@@ -64,12 +65,20 @@ pub(super) fn read_workbook(
         ..*context
     };
     check_size(&context, &mut open(&context, bytes)?)?;
+    // Ranges that end before they begin overflow in calamine 0.38 (`get_dimension`) where the build
+    // checks for it. Nothing of the workbook outlives the call.
+    let read = AssertUnwindSafe(|| read_sheets(&context, bytes));
+    catch_unwind(read).unwrap_or_else(|_| Err(context.unreadable("a cell or range is not valid")))
+}
+
+/// [`read_workbook`] after the archive was checked.
+fn read_sheets(context: &FileContext, bytes: &[u8]) -> Result<FormatContent, FormatError> {
     let mut workbook: Workbook<_> =
         Workbook::new(Cursor::new(bytes)).map_err(|error| context.unreadable(error))?;
     let mut tables = Vec::new();
     let mut without = Vec::new();
     for name in workbook.sheet_names() {
-        let Some(sheet) = read_sheet(&context, &mut workbook, &name)? else {
+        let Some(sheet) = read_sheet(context, &mut workbook, &name)? else {
             without.push(name);
             continue;
         };
@@ -217,15 +226,22 @@ impl Sheet {
         for (index, column) in &mut self.columns {
             column.read_text_numbers(*index, &mut notes);
         }
-        self.columns.retain(|_, column| {
-            column
-                .values
-                .iter()
-                .filter(|v| v.is_finite())
-                .nth(1)
-                .is_some()
-        });
+        self.columns.retain(|_, column| column.has_numbers_from(0));
         let first = self.first_row()?;
+        let above: Vec<String> = self
+            .columns
+            .iter()
+            .filter(|(_, column)| !column.has_numbers_from(first))
+            .map(|(index, _)| letters(*index))
+            .collect();
+        if !above.is_empty() {
+            notes.push(format!(
+                "Numbers above the table in columns {} were left out.",
+                listed(&above)
+            ));
+        }
+        self.columns
+            .retain(|_, column| column.has_numbers_from(first));
         let indices: Vec<u32> = self.columns.keys().copied().collect();
         let header = header(&self.texts, first, &indices, &mut notes);
         let mut columns = Vec::new();
@@ -261,20 +277,34 @@ impl Sheet {
         })
     }
 
-    /// First row in which half of the columns have a number.
+    /// First row with numbers in half as many columns as most rows have, but in two if most have
+    /// two: a setting above the table is one number beside its name.
     fn first_row(&self) -> Option<u32> {
         let rows = self.columns.values().map(|c| c.values.len()).max()?;
-        let needed = self.columns.len().div_ceil(2);
-        let has = |row: usize| {
-            let number = |c: &&Column| c.values.get(row).is_some_and(|v| v.is_finite());
-            self.columns.values().filter(number).count() >= needed
-        };
-        let first = (0..rows).find(|row| has(*row))?;
+        let mut numbers = vec![0_u32; rows];
+        for column in self.columns.values() {
+            for (count, value) in numbers.iter_mut().zip(&column.values) {
+                *count += u32::from(value.is_finite());
+            }
+        }
+        let mut rows_with: BTreeMap<u32, usize> = BTreeMap::new();
+        for count in numbers.iter().filter(|count| **count > 0) {
+            *rows_with.entry(*count).or_default() += 1;
+        }
+        let (usual, _) = rows_with.iter().max_by_key(|(_, rows)| **rows)?;
+        let needed = usual.div_ceil(2).max(2).min(*usual);
+        let first = numbers.iter().position(|count| *count >= needed)?;
         u32::try_from(first).ok()
     }
 }
 
 impl Column {
+    /// Whether there are two numbers from a row on.
+    fn has_numbers_from(&self, row: u32) -> bool {
+        let numbers = self.values.iter().skip(row as usize);
+        numbers.filter(|v| v.is_finite()).nth(1).is_some()
+    }
+
     /// Puts numbers that are stored as text among the others.
     fn read_text_numbers(&mut self, index: u32, notes: &mut Vec<String>) {
         if self.text_numbers.is_empty() {

@@ -12,11 +12,12 @@ Y_Unit_Label\tV\t\tm\nX0\t0,0\t\t0,0\nDelta_X\t0,5\t\t0,5\n***End_of_Header***\t
 X_Value\tV\tX_Value\tx\tComment\n0,0\t1,5\t0,0\t2,5\tnote\n0,5\t3,5\t0,5\t4,5\n\nChannels\t2\n\
 ***End_of_Header***\nX_Value\tV\tX_Value\tx\n0,0\t1,5\t0,0\t2,5\n0,5\t3,5\n";
 
-const FILES: [(&str, &[u8]); 27] = [
+const FILES: [(&str, &[u8]); 28] = [
     ("joined.lvm", LVM),
     test_file!("hdf5/attributes.h5"),
     test_file!("hdf5/compound.h5"),
     test_file!("hdf5/latest.h5"),
+    test_file!("hdf5/lzf.h5"),
     test_file!("hdf5/matlab_73.mat"),
     test_file!("hdf5/plain.h5"),
     test_file!("mat5/columns_packed.mat"),

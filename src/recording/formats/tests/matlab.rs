@@ -59,6 +59,7 @@ fn hdf5_datasets() {
     assert_eq!((values(&latest, "V"), values(&latest, "xp")), (v(), xp()));
     assert_eq!(latest.clock, clock(0.0, INTERVAL));
     assert!(notes_say(&latest, &["image (an array of 3 dimensions"]));
+    assert_eq!(values(&table(test_file!("hdf5/lzf.h5")), "xp"), xp());
     let compound = table(test_file!("hdf5/compound.h5"));
     assert_eq!(names(&compound), ["t", "V", "xp", "on"]);
     assert_eq!(values(&compound, "xp"), times(&xp(), 2.0));

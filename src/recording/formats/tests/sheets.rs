@@ -6,7 +6,7 @@ use super::helpers::{column, names, notes_say, tables, test_file, unit, v, value
 fn sheets_headers_dates_and_text() {
     let read = tables(test_file!("xlsx/sheets.xlsx"));
     let of: Vec<&str> = read.iter().map(|t| t.name.as_str()).collect();
-    assert_eq!(of, ["run", "second"]);
+    assert_eq!(of, ["run", "second", "settings"]);
     let run = &read[0];
     assert_eq!(names(run), ["t", "V", "xp", "when", "german"]);
     assert_eq!((unit(run, "t"), unit(run, "xp")), (Some("s"), Some("um")));
@@ -30,4 +30,8 @@ fn sheets_headers_dates_and_text() {
     }
     assert_eq!(names(&read[1]), ["Column A", "Column B"]);
     assert_eq!(values(&read[1], "Column B"), [0.0, 1.0, 4.0]);
+    // Settings above the table are no rows of it.
+    assert_eq!(names(&read[2]), ["t [s]", "x"]);
+    assert_eq!(values(&read[2], "x"), [0.5, 1.5, 2.5]);
+    assert!(notes_say(&read[2], &["\"x\": 2 numbers above the table"]));
 }
