@@ -38,6 +38,8 @@ const ITERATIONS: (usize, usize) = (15, 40);
 const FILM_ROUNDS: usize = 4;
 /// Lines of the final responses over the half-width of the lightest mode.
 const LINES_PER_WIDTH: f64 = 6.0;
+/// Two poles are the same up to this share of their width.
+const SAME_POLE_SHARE: f64 = 0.1;
 /// Points of a response beyond the resonances, by factors of this.
 const THINNED_STEP: f64 = 1.004;
 /// Half-widths around a mode in which all lines are kept.
@@ -245,8 +247,10 @@ fn find_modes(
                 return Err(ModalError::Cancelled);
             }
             let is_better = |t: &Solution| {
-                best.as_ref()
-                    .is_none_or(|b| gain(&b.linear, &t.linear) > 0.0)
+                is_mode_of_its_own(t)
+                    && best
+                        .as_ref()
+                        .is_none_or(|b| gain(&b.linear, &t.linear) > 0.0)
             };
             if let Some(trial) = trial.filter(is_better) {
                 best = Some(trial);
@@ -266,21 +270,24 @@ fn find_modes(
     Ok(found)
 }
 
-/// Whether the last pole of `better` is a mode of its own that gains more than chance.
-fn is_significant(data: &Data, worse: &Solution, better: &Solution) -> bool {
-    let Some((new, others)) = better.poles.split_last() else {
+/// Whether the last pole is a resonance, and none of the others again.
+fn is_mode_of_its_own(found: &Solution) -> bool {
+    let Some((new, others)) = found.poles.split_last() else {
         return false;
     };
-    if better.poles.iter().any(|p| p.zeta > MAX_ZETA) {
-        return false;
-    }
     let is_double = |other: &Pole| {
-        let width = 0.1 * new.zeta.min(other.zeta);
-        (new.omega / other.omega).ln().abs() < width && (new.zeta / other.zeta).ln().abs() < 0.1
+        let width = SAME_POLE_SHARE * new.zeta.min(other.zeta);
+        (new.omega / other.omega).ln().abs() < width
+            && (new.zeta / other.zeta).ln().abs() < SAME_POLE_SHARE
     };
-    if others.iter().any(is_double) {
+    !found.poles.iter().any(|p| p.zeta > MAX_ZETA) && !others.iter().any(is_double)
+}
+
+/// Whether the last pole of `better` gains more than chance.
+fn is_significant(data: &Data, worse: &Solution, better: &Solution) -> bool {
+    let Some(new) = better.poles.last() else {
         return false;
-    }
+    };
     let readings = better.linear.rows.iter().filter(|r| **r > 0).count();
     let unknowns = 2 + readings * (1 + 2 * data.stretches.len());
     // Noise of one colour counts by what it has at the resonance.
@@ -562,6 +569,9 @@ impl Work<'_> {
             }
         }
         let has_cantilever = modes.iter().any(|m| m.static_gain[1].is_some());
+        if self.model.piezo.is_none() && matches!(self.options.normalisation, Normalisation::Eta) {
+            remarks.push("The device has no drive yet, so eta is taken as 1 N/V, and the scale of the shapes is arbitrary: give a known modal mass or stiffness.".to_owned());
+        }
         if self.data.piezo.is_none() {
             remarks.push("The input is the voltage itself: the gain of the drive is in the shapes, and hysteresis would be misfit.".to_owned());
         }

@@ -166,8 +166,15 @@ impl ModalFit {
         if found.is_empty() {
             return Vec::new();
         }
-        let own = model.structure().modes.into_iter().enumerate();
-        own.filter(|(i, _)| !found.contains(i))
+        let inside = |f: f64| f >= self.band.0 && f <= self.band.1;
+        let own = model.structure().modes;
+        let own_inside = own.iter().filter(|m| inside(m.frequency)).count();
+        let found_inside = self.identified().map(|m| m.frequency.value);
+        // As many in the band as the device has: these are its modes, however far they were off.
+        let all_found = found_inside.filter(|f| inside(*f)).count() >= own_inside;
+        own.into_iter()
+            .enumerate()
+            .filter(|(i, m)| !found.contains(i) && !(all_found && inside(m.frequency)))
             .map(|(_, m)| m)
             .collect()
     }

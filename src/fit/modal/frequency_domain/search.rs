@@ -14,7 +14,9 @@ const BEYOND_BAND: (f64, f64) = (0.5, 1.6);
 /// Half-widths of a resonance within which another peak is the same one.
 const SAME_PEAK_WIDTHS: f64 = 2.0;
 /// Lines of the spectrum that are looked at for one oscillator, at most.
-const MAX_LINES: usize = 6000;
+const MAX_LINES: usize = 1500;
+/// Lines on a resonance's half-width that are enough.
+const LINES_PER_WIDTH: f64 = 20.0;
 
 /// A likely resonance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,14 +77,15 @@ fn gained(spectra: &Spectra, pole: Pole, band: (f64, f64)) -> f64 {
     let center = pole.omega / std::f64::consts::TAU / spectra.resolution;
     let near = (6.0 * pole.zeta * center).max(6.0);
     let thin = ((last.saturating_sub(first)) / MAX_LINES).max(1);
+    let fine = ((pole.zeta * center / LINES_PER_WIDTH) as usize).clamp(1, thin);
     let (mut inner, mut own, mut whole) = (0.0, 0.0, 0.0);
     let mut k = first;
     while k <= last {
-        // Far from the resonance a few lines stand for all.
+        // Far from the resonance, or where it is broad, a few lines stand for all.
         let step = if (k as f64 - center).abs() <= near {
-            1
+            fine
         } else {
-            thin
+            thin.max(fine)
         };
         let weight = step as f64;
         let response: Complex<f64> = pole.receptance(k as f64 * spectra.resolution);

@@ -13,6 +13,8 @@ use crate::fit::modal::time_domain::input::Input;
 
 /// Parts of a sample over which the input is averaged.
 const OVERSAMPLING: usize = 8;
+/// First line that a constant under the window does not reach.
+const FIRST_LINE: usize = 3;
 /// Shortest and longest block \[samples\].
 const BLOCK_LIMITS: (usize, usize) = (64, 1 << 18);
 
@@ -50,8 +52,13 @@ pub struct Spectra {
 impl Spectra {
     /// Lines whose input is above `share` of its largest.
     pub fn driven(&self, share: f64) -> Vec<usize> {
-        let most = self.input.iter().skip(1).copied().fold(0.0, f64::max);
-        let lines = 1..self.input.len();
+        let most = self
+            .input
+            .iter()
+            .skip(FIRST_LINE)
+            .copied()
+            .fold(0.0, f64::max);
+        let lines = FIRST_LINE..self.input.len();
         lines
             .filter(|&k| self.input[k] > share * most && self.input[k] > 0.0)
             .collect()
@@ -180,13 +187,15 @@ fn complete(values: &mut [f64]) -> bool {
     true
 }
 
-/// Hann's window over equal cells.
+/// Hann's window over equal cells, after the mean under the window is taken out: any other constant
+/// would leak into the lowest lines.
 fn window(values: &mut [f64]) {
     let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
+    let weight = |i: usize| 0.5 * (1.0 - (std::f64::consts::TAU * i as f64 / n).cos());
+    let sum: f64 = values.iter().enumerate().map(|(i, v)| weight(i) * v).sum();
+    let mean = sum / (0.5 * n);
     for (i, value) in values.iter_mut().enumerate() {
-        let phase = std::f64::consts::TAU * (i as f64) / n;
-        *value = (*value - mean) * 0.5 * (1.0 - phase.cos());
+        *value = (*value - mean) * weight(i);
     }
 }
 
