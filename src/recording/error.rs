@@ -213,13 +213,17 @@ pub enum ImportError {
         base: String,
     },
     /// A file with several recordings.
-    #[error("{file}: there are {count} recordings in the file ({names}); choose one with --trial N")]
+    #[error(
+        "{file}: there are {count} recordings in the file ({names}); choose one with --trial N"
+    )]
     SeveralRecordings {
         file: FileText,
         count: usize,
         names: FileText,
     },
-    #[error("{file}: recording {trial} is asked for, but the file holds {count}; choose one of them")]
+    #[error(
+        "{file}: recording {trial} is asked for, but the file holds {count}; choose one of them"
+    )]
     NoSuchTrial {
         file: FileText,
         trial: usize,

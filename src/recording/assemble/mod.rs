@@ -369,7 +369,10 @@ fn check_losses(
     if clock.accept_losses || lost <= most {
         return Ok(());
     }
-    let first = [first_missing, kept.first_dropped].into_iter().flatten().min();
+    let first = [first_missing, kept.first_dropped]
+        .into_iter()
+        .flatten()
+        .min();
     let reason = match (missing, kept.dropped) {
         (0, n) => format!("in {n} it does not increase"),
         (n, 0) => format!("in {n} it is no number"),
@@ -431,7 +434,8 @@ fn judge_time(columns: &Columns, report: &mut Report<'_>) {
     // A thing that moves by less than a millimetre is small, hence fast, and is not
     // recorded at less than 1 kHz; nothing here is recorded slower than once a second
     // or faster than 1 GHz.
-    let small_and_slow = columns.is_displacement && travel < 1e-3 && travel > 0.0 && interval >= 1e-3;
+    let small_and_slow =
+        columns.is_displacement && travel < 1e-3 && travel > 0.0 && interval >= 1e-3;
     if small_and_slow || !(1e-9..=1.0).contains(&interval) {
         let motion = if columns.is_displacement {
             format!(" for a motion of {}", format_quantity(travel, "m", 3))

@@ -72,7 +72,11 @@ impl ReadingChoices {
     fn set_clock(&self, interval: f64, preview: &mut Preview) {
         let start = preview.settings.clock.map_or(0.0, |clock| clock.start);
         preview.settings.clock = Some(SampleClock { start, interval });
-        let counts = preview.settings.time.as_ref().is_some_and(|t| t.unit == "sample");
+        let counts = preview
+            .settings
+            .time
+            .as_ref()
+            .is_some_and(|t| t.unit == "sample");
         if !counts {
             preview.settings.time = None;
             preview.settings.date_column = None;
@@ -98,7 +102,8 @@ fn column_named(name: &str, preview: &Preview) -> Result<usize, ImportError> {
     let whole = header.iter().position(|cell| cell.trim() == name);
     let plain = |cell: &String| Column::of(cell).name;
     let by_name = || {
-        let mut found = (0..header.len()).filter(|i| header.get(*i).is_some_and(|c| plain(c) == name));
+        let mut found =
+            (0..header.len()).filter(|i| header.get(*i).is_some_and(|c| plain(c) == name));
         // A name that stands twice says nothing.
         let first = found.next()?;
         found.next().is_none().then_some(first)
@@ -161,8 +166,12 @@ fn choose(role: Role, index: usize, preview: &mut Preview) {
             file: preview.name.clone().into(),
             line: preview.settings.skip_lines.max(1),
             question: format!("column {} names no unit", index + 1).into(),
-            options: format!("--unit {}={}", role.symbol(), if base == "m" { "um" } else { base })
-                .into(),
+            options: format!(
+                "--unit {}={}",
+                role.symbol(),
+                if base == "m" { "um" } else { base }
+            )
+            .into(),
         };
         let topic = Topic::Unit(role);
         preview.questions.push(Question { topic, error });
@@ -177,7 +186,10 @@ fn choose(role: Role, index: usize, preview: &mut Preview) {
     };
     // A column has one role.
     for other in Role::ALL.into_iter().filter(|other| *other != role) {
-        if other.of(&preview.settings).is_some_and(|c| c.index == index) {
+        if other
+            .of(&preview.settings)
+            .is_some_and(|c| c.index == index)
+        {
             other.set(&mut preview.settings, None);
         }
     }
@@ -199,7 +211,11 @@ fn set_unit(role: Role, unit: &str, preview: &mut Preview) {
         let mut own = own;
         own.unit = unit.trim().to_owned();
         let is_motion = matches!(role, Role::ProofMass | Role::Cantilever);
-        let kinds = [Quantity::Displacement, Quantity::Velocity, Quantity::Acceleration];
+        let kinds = [
+            Quantity::Displacement,
+            Quantity::Velocity,
+            Quantity::Acceleration,
+        ];
         if is_motion
             && let Some(kind) = kinds
                 .into_iter()

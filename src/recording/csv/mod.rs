@@ -143,7 +143,9 @@ pub fn import_voltage(path: &Path) -> Result<(Vec<f64>, Vec<f64>), ImportError> 
     let voltage = voltage.ok_or_else(no_voltage)?;
     let about_motion = |topic: Topic| {
         let roles = [Role::ProofMass, Role::Cantilever];
-        roles.iter().any(|r| [Topic::Column(*r), Topic::Unit(*r), Topic::Scale(*r)].contains(&topic))
+        roles
+            .iter()
+            .any(|r| [Topic::Column(*r), Topic::Unit(*r), Topic::Scale(*r)].contains(&topic))
     };
     let mut open = preview.questions.into_iter();
     if let Some(question) = open.find(|question| !about_motion(question.topic)) {
@@ -213,7 +215,9 @@ pub fn preview_chosen(
     bytes: &[u8],
     choices: &ReadingChoices,
 ) -> Result<Preview, ImportError> {
-    let decoded = choices.encoding.map(|e| text::encoding::decode(bytes, Some(e), false).bytes);
+    let decoded = choices
+        .encoding
+        .map(|e| text::encoding::decode(bytes, Some(e), false).bytes);
     let mut preview = preview_head(name, decoded.as_deref().unwrap_or(bytes))?;
     preview.settings.encoding = choices.encoding.or(preview.settings.encoding);
     choices.apply(&mut preview)?;

@@ -18,9 +18,9 @@ use super::text::reshape::reshape;
 use super::text::{Progress, Text, newline_of};
 use super::truncated_line;
 use crate::model::unit::{counted, format_quantity};
+use crate::recording::Recording;
 use crate::recording::error::{ImportError, ImportWarning, WarningKind};
 use crate::recording::times::exact_time::ExactTime;
-use crate::recording::Recording;
 
 /// Reads `bytes` as `settings` say; `warnings` are put first.
 pub(super) fn read(
@@ -73,12 +73,11 @@ fn reshaped<'a>(bytes: Cow<'a, [u8]>, settings: &ImportSettings) -> Cow<'a, [u8]
     reshape(bytes, newline, settings.delimiter, &settings.cell_ends)
 }
 
-fn say_encoding(
-    decoded: &Decoded,
-    settings: &ImportSettings,
-    warnings: &mut Vec<ImportWarning>,
-) {
-    if let Some(encoding) = decoded.from.filter(|_| decoded.guessed && settings.encoding.is_none()) {
+fn say_encoding(decoded: &Decoded, settings: &ImportSettings, warnings: &mut Vec<ImportWarning>) {
+    if let Some(encoding) = decoded
+        .from
+        .filter(|_| decoded.guessed && settings.encoding.is_none())
+    {
         warnings.push(encoding_warning(encoding));
     }
     let mut warn = |count: usize, message: String| {
@@ -91,7 +90,10 @@ fn say_encoding(
     }
     if decoded.zeros_cut > 0 {
         let zeros = counted(decoded.zeros_cut, "zero byte");
-        warn(decoded.zeros_cut, format!("{zeros} at the end were cut off"));
+        warn(
+            decoded.zeros_cut,
+            format!("{zeros} at the end were cut off"),
+        );
     }
 }
 
@@ -150,7 +152,9 @@ impl<'a> Source<'a> {
             if slots.contains(&TIME_SLOT) && layout.is_clock {
                 continue;
             }
-            let Some(own) = found.get(*index) else { continue };
+            let Some(own) = found.get(*index) else {
+                continue;
+            };
             let marks = match own.judge(others, self.settings.decimal) {
                 Verdict::Clear(marks) | Verdict::Open(marks) => marks,
                 Verdict::Mixed => return Err(self.mixed_marks(*index)),
@@ -165,7 +169,8 @@ impl<'a> Source<'a> {
                 let kind = WarningKind::ThousandsMarks;
                 warnings.push(ImportWarning::new(kind, 1, None, &message));
             }
-            let quick = marks.thousands.is_none() && (marks.decimal == b'.' || layout.delimiter != b',');
+            let quick =
+                marks.thousands.is_none() && (marks.decimal == b'.' || layout.delimiter != b',');
             is_plain &= quick;
             has_comma |= marks.decimal == b',';
             for slot in slots {
@@ -293,9 +298,14 @@ impl<'a> Source<'a> {
         };
         let at = trial.checked_sub(1).ok_or_else(no_such)?;
         let rows = order.parts.get(at).ok_or_else(no_such)?;
-        let start = table.start_of(self.text, layout, rows.start).ok_or_else(no_such)?;
+        let start = table
+            .start_of(self.text, layout, rows.start)
+            .ok_or_else(no_such)?;
         let end = if rows.end < table.rows {
-            table.start_of(self.text, layout, rows.end).ok_or_else(no_such)?.0
+            table
+                .start_of(self.text, layout, rows.end)
+                .ok_or_else(no_such)?
+                .0
         } else {
             whole.range.end
         };
@@ -329,7 +339,9 @@ impl<'a> Source<'a> {
             return Ok(());
         };
         let before = self.text.split(&self.text.bytes[..self.part.range.start]);
-        let named: Vec<Vec<String>> = before.map(|l| line::show_row(l, layout.delimiter)).collect();
+        let named: Vec<Vec<String>> = before
+            .map(|l| line::show_row(l, layout.delimiter))
+            .collect();
         let most = named.iter().map(Vec::len).max().unwrap_or(0);
         let row = table.line_of(self.text, layout, change.row);
         if change.before.max(change.after) <= most {
@@ -337,7 +349,10 @@ impl<'a> Source<'a> {
         }
         // A header that is written again says where the columns are.
         let header = named.iter().rev().find(|cells| cells.len() >= 2);
-        let again = change.row.checked_sub(1).filter(|r| table.text_rows.contains(r));
+        let again = change
+            .row
+            .checked_sub(1)
+            .filter(|r| table.text_rows.contains(r));
         let stays = again.zip(header).is_some_and(|(again, header)| {
             layout.columns.iter().all(|(index, _)| {
                 let name = table.cell_of(self.text, layout, again, *index);
@@ -415,7 +430,10 @@ impl<'a> Source<'a> {
                 if count == 1 { "is" } else { "are" }
             );
             warn(WarningKind::RowsReordered, count, message);
-            columns.iter_mut().flatten().for_each(|c| permute(c, &by_time));
+            columns
+                .iter_mut()
+                .flatten()
+                .for_each(|c| permute(c, &by_time));
             order = Some(match order {
                 Some(order) => by_time.iter().map(|row| order[*row]).collect(),
                 None => by_time,
@@ -432,7 +450,9 @@ impl<'a> Source<'a> {
 }
 
 fn permute(column: &mut Vec<f64>, order: &[usize]) {
-    let all = order.iter().map(|row| column.get(*row).copied().unwrap_or(f64::NAN));
+    let all = order
+        .iter()
+        .map(|row| column.get(*row).copied().unwrap_or(f64::NAN));
     *column = all.collect();
 }
 

@@ -215,7 +215,9 @@ impl Encoding {
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let name = name.trim().to_lowercase();
-        let label = name.strip_prefix("cp125").map(|n| format!("windows-125{n}"));
+        let label = name
+            .strip_prefix("cp125")
+            .map(|n| format!("windows-125{n}"));
         let found = encoding_rs::Encoding::for_label(label.unwrap_or(name).as_bytes())?;
         Self::ALL.into_iter().find(|e| e.decoder() == found)
     }

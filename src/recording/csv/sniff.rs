@@ -4,16 +4,18 @@ use std::borrow::Cow;
 
 use super::columns::header_line::{HeaderLine, find_header_line};
 use super::columns::sample::{self, certain_decimal};
-use super::columns::{Mapping, Question, TableFacts, Topic, header_clock, map_by_count, map_header};
+use super::columns::{
+    Mapping, Question, TableFacts, Topic, header_clock, map_by_count, map_header,
+};
 use super::line::{cells, is_skipped, show, show_row, uncomment};
 use super::number::marks::{Evidence, Verdict};
 use super::number::{self, calendar};
 use super::preview::{Preview, Trial};
 use super::scopes::{self, Head, ScopeHeader};
 use super::settings::{Decimal, Delimiter, ImportSettings};
+use super::text::Text;
 use super::text::encoding::{decode, encoding_warning};
 use super::text::reshape::{find_cell_ends, labels, reshape};
-use super::text::Text;
 use crate::recording::error::{ImportError, visible};
 
 /// Rows shown.
@@ -55,7 +57,8 @@ fn data_cells(line: &[u8], delimiter: u8, remarks: bool) -> Option<usize> {
 }
 
 fn is_clock(cell: &[u8]) -> bool {
-    cell.first().is_some_and(|b| b.is_ascii_digit() || matches!(b, b'"' | b' '))
+    cell.first()
+        .is_some_and(|b| b.is_ascii_digit() || matches!(b, b'"' | b' '))
         && std::str::from_utf8(cell).is_ok_and(|text| calendar::seconds(text).is_some())
 }
 
@@ -143,7 +146,11 @@ fn fixed_width(lines: &[&[u8]], way: &Way) -> Option<Way> {
         let own = reshaped(&[h], Delimiter::Spaces, &[]);
         cells(&own, b'\t').count()
     });
-    let ragged = widths.iter().skip(first).flatten().any(|w| *w < way.columns);
+    let ragged = widths
+        .iter()
+        .skip(first)
+        .flatten()
+        .any(|w| *w < way.columns);
     let wordy = tokens > way.columns && header.is_some_and(|h| uncomment(h).is_none());
     if !ragged && !wordy {
         return None;
@@ -188,7 +195,9 @@ pub(super) fn look(
     // The last line of a longer file is cut in the middle: leave it out.
     let whole = if cut {
         let end = text.bytes.iter().rposition(|b| *b == text.newline);
-        text.bytes.get(..end.map_or(text.bytes.len(), |p| p + 1)).unwrap_or_default()
+        text.bytes
+            .get(..end.map_or(text.bytes.len(), |p| p + 1))
+            .unwrap_or_default()
     } else {
         text.bytes
     };
@@ -205,7 +214,10 @@ pub(super) fn look(
     }
     let no_numbers = || ImportError::NoNumbers {
         file: file.into(),
-        line: 1 + raw.iter().position(|l| !l.trim_ascii().is_empty()).unwrap_or(0),
+        line: 1 + raw
+            .iter()
+            .position(|l| !l.trim_ascii().is_empty())
+            .unwrap_or(0),
     };
     let mut way = best_way(&sample).ok_or_else(no_numbers)?;
     if way.delimiter == Delimiter::Spaces
@@ -285,7 +297,8 @@ impl Table<'_> {
         let heading = self.header(scope.as_ref());
         let named = heading.as_ref().map_or_else(Vec::new, |h| h.cells.clone());
         // One name per two cells: "0,001;..." written with commas for both purposes.
-        if way.delimiter == Delimiter::Comma && named.len() >= 2 && self.columns == 2 * named.len() {
+        if way.delimiter == Delimiter::Comma && named.len() >= 2 && self.columns == 2 * named.len()
+        {
             return Err(ImportError::AmbiguousComma {
                 file: file.into(),
                 line: self.first + 1,
@@ -312,7 +325,9 @@ impl Table<'_> {
             .collect();
         let count = self.columns.max(named.len()).max(way.columns);
         // The time is judged by rows that follow each other.
-        let head_rows = rows.get(..rows.len().min(self.lines.len())).unwrap_or(&rows);
+        let head_rows = rows
+            .get(..rows.len().min(self.lines.len()))
+            .unwrap_or(&rows);
         let (_, evidence) = sample::columns(&rows, delimiter, count, Decimal::Point);
         let decimal = certain_decimal(&evidence, delimiter).unwrap_or_default();
         let (samples, _) = sample::columns(head_rows, delimiter, count, decimal);
@@ -339,7 +354,10 @@ impl Table<'_> {
             None => map_by_count(&facts, self.columns, &mut settings),
         };
         self.ask_decimal(&evidence, &settings, &mut mapping);
-        let shown = rows.iter().take(SHOWN_ROWS).map(|line| show_row(line, delimiter));
+        let shown = rows
+            .iter()
+            .take(SHOWN_ROWS)
+            .map(|line| show_row(line, delimiter));
         Ok(Preview {
             name: visible(file),
             size: 0,
@@ -375,9 +393,7 @@ impl Table<'_> {
         ];
         let open = chosen.into_iter().flatten().find(|choice| {
             let own = evidence.get(choice.index);
-            own.is_some_and(|own| {
-                matches!(own.judge(others, settings.decimal), Verdict::Open(_))
-            })
+            own.is_some_and(|own| matches!(own.judge(others, settings.decimal), Verdict::Open(_)))
         });
         let Some(choice) = open else { return };
         let question = format!(
@@ -397,4 +413,3 @@ impl Table<'_> {
         });
     }
 }
-

@@ -42,7 +42,12 @@ pub(in crate::recording::csv) fn find_header_line(
             if own.len() > 1 {
                 vec![(i, own)]
             } else {
-                let others = [Delimiter::Comma, Delimiter::Semicolon, Delimiter::Tab, Delimiter::Pipe];
+                let others = [
+                    Delimiter::Comma,
+                    Delimiter::Semicolon,
+                    Delimiter::Tab,
+                    Delimiter::Pipe,
+                ];
                 let by_mark = others.iter().map(|d| (i, show_row(plain, d.byte())));
                 let by_blank = std::iter::once((i, words(plain)));
                 by_mark
@@ -58,7 +63,9 @@ pub(in crate::recording::csv) fn find_header_line(
     let nearest = || {
         let (line, cells) = candidates.first()?;
         let commented = uncomment(before.get(*line)?).is_some();
-        let names = cells.iter().any(|cell| cell.chars().any(char::is_alphabetic));
+        let names = cells
+            .iter()
+            .any(|cell| cell.chars().any(char::is_alphabetic));
         (cells.len() == columns && !commented && names).then_some(0)
     };
     let at = known.or_else(nearest)?;

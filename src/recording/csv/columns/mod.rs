@@ -110,8 +110,9 @@ pub(super) fn map_header(
         return mapping;
     };
     // Each recording has its own columns; what is said of the first holds for all.
+    let unset = settings.clone();
     for (i, group) in groups.iter().enumerate() {
-        let mut own = settings.clone();
+        let mut own = unset.clone();
         let mut found = Mapping::default();
         ColumnSearch::new(facts, cells, &columns, &group.columns, &mut found).run(&mut own);
         if i == 0 {
@@ -219,8 +220,9 @@ pub(super) fn map_by_count(
         file: file.into(),
         line,
         question: format!("there is no header that names the {columns} columns").into(),
-        options: "--column t=1 --column xp=3 --unit xp=um (and --column V=2), with the right numbers"
-            .into(),
+        options:
+            "--column t=1 --column xp=3 --unit xp=um (and --column V=2), with the right numbers"
+                .into(),
     };
     let topic = Topic::Column(Role::Time);
     mapping.ask(topic, error.clone(), short.clone());

@@ -20,16 +20,17 @@ impl ColumnSearch<'_> {
             return;
         }
         if let Some(i) = self
-            .candidates(role, |c| !matches!(c.kind, Some(UnitKind::Velocity | UnitKind::Acceleration)))
+            .candidates(role, |c| {
+                !matches!(c.kind, Some(UnitKind::Velocity | UnitKind::Acceleration))
+            })
             .first()
             .copied()
         {
             self.unknown_unit(role, i);
             return;
         }
-        let lengths = self.free_with(|c| {
-            c.kind == Some(UnitKind::Length) && c.rank(Role::Cantilever).is_none()
-        });
+        let lengths = self
+            .free_with(|c| c.kind == Some(UnitKind::Length) && c.rank(Role::Cantilever).is_none());
         match lengths.as_slice() {
             [] => {}
             [only] => {
@@ -70,25 +71,30 @@ impl ColumnSearch<'_> {
             let unit = self.column(*first).and_then(|c| c.unit.clone());
             settings.proof_mass = Some(ColumnChoice {
                 kind: quantity,
-                ..ColumnChoice::new(*first, unit.unwrap_or_else(|| quantity.base_unit().to_owned()))
+                ..ColumnChoice::new(
+                    *first,
+                    unit.unwrap_or_else(|| quantity.base_unit().to_owned()),
+                )
             });
             self.taken.extend_from_slice(&found);
-            let article = if quantity == Quantity::Acceleration { "an" } else { "a" };
+            let article = if quantity == Quantity::Acceleration {
+                "an"
+            } else {
+                "a"
+            };
             let said = format!(
                 "there is no displacement; column {} is {article} {}",
                 self.name(*first),
                 quantity.label()
             );
             if !rest.is_empty() {
-                let question =
-                    format!("{said}, and there are others: {}", self.names(rest));
+                let question = format!("{said}, and there are others: {}", self.names(rest));
                 let options = format!("--column xp={} (it is integrated)", first + 1);
                 let error = self.undecided(question.clone(), options);
                 self.mapping.ask(Topic::Column(role), error, question);
             } else if quantity == Quantity::Acceleration {
-                let question = format!(
-                    "{said}: integrated twice, its errors grow with the square of time"
-                );
+                let question =
+                    format!("{said}: integrated twice, its errors grow with the square of time");
                 let options = format!(
                     "--column xp={} to integrate it all the same, or record a displacement or a velocity",
                     first + 1
@@ -186,11 +192,16 @@ impl ColumnSearch<'_> {
             self.needs_scale(role, *only, settings);
             return;
         }
-        if let Some(i) = self.candidates(role, |c| !c.is_rate(UnitKind::Velocity)).first() {
+        if let Some(i) = self
+            .candidates(role, |c| !c.is_rate(UnitKind::Velocity))
+            .first()
+        {
             let message = format!(
                 "column {} (V) is in \"{}\", which is not a unit for voltage; it is left out (write V or mV)",
                 self.name(*i),
-                self.column(*i).and_then(|c| c.unit.clone()).unwrap_or_default(),
+                self.column(*i)
+                    .and_then(|c| c.unit.clone())
+                    .unwrap_or_default(),
             );
             let line = Some(self.facts.line);
             self.mapping.warn(WarningKind::IgnoredColumn, line, message);

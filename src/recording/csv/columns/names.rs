@@ -20,22 +20,70 @@ impl Role {
     fn names(self) -> &'static [&'static str] {
         match self {
             Role::Time => &[
-                "t", "time", "zeit", "timestamp", "times", "temps", "tiempo", "tempo", "xaxis",
-                "xvalue", "\u{65f6}\u{95f4}", "\u{6642}\u{9593}",
+                "t",
+                "time",
+                "zeit",
+                "timestamp",
+                "times",
+                "temps",
+                "tiempo",
+                "tempo",
+                "xaxis",
+                "xvalue",
+                "\u{65f6}\u{95f4}",
+                "\u{6642}\u{9593}",
             ],
             Role::Voltage => &[
-                "v", "u", "voltage", "volt", "volts", "drivevoltage", "inputvoltage", "drive",
-                "input", "spannung", "vin", "uin", "tension", "voltaje", "tensione",
-                "\u{7535}\u{538b}", "\u{96fb}\u{5727}",
+                "v",
+                "u",
+                "voltage",
+                "volt",
+                "volts",
+                "drivevoltage",
+                "inputvoltage",
+                "drive",
+                "input",
+                "spannung",
+                "vin",
+                "uin",
+                "tension",
+                "voltaje",
+                "tensione",
+                "\u{7535}\u{538b}",
+                "\u{96fb}\u{5727}",
             ],
             Role::ProofMass => &[
-                "xp", "proofmass", "proofmassposition", "tip", "tipposition", "tipdisplacement",
-                "x", "y", "z", "position", "pos", "displacement", "deflection", "height", "weg",
-                "deplacement", "posicion", "desplazamiento", "spostamento", "posizione",
-                "auslenkung", "\u{4f4d}\u{79fb}", "\u{5909}\u{4f4d}",
+                "xp",
+                "proofmass",
+                "proofmassposition",
+                "tip",
+                "tipposition",
+                "tipdisplacement",
+                "x",
+                "y",
+                "z",
+                "position",
+                "pos",
+                "displacement",
+                "deflection",
+                "height",
+                "weg",
+                "deplacement",
+                "posicion",
+                "desplazamiento",
+                "spostamento",
+                "posizione",
+                "auslenkung",
+                "\u{4f4d}\u{79fb}",
+                "\u{5909}\u{4f4d}",
             ],
             Role::Cantilever => &[
-                "xc", "cantilever", "cantilevercentre", "cantilevercenter", "beam", "centre",
+                "xc",
+                "cantilever",
+                "cantilevercentre",
+                "cantilevercenter",
+                "beam",
+                "centre",
                 "center",
             ],
         }
@@ -44,18 +92,53 @@ impl Role {
     /// Words that suffice among others.
     fn words(self) -> &'static [&'static str] {
         match self {
-            Role::Time => &["time", "zeit", "temps", "tiempo", "tempo", "timestamp", "elapsed"],
+            Role::Time => &[
+                "time",
+                "zeit",
+                "temps",
+                "tiempo",
+                "tempo",
+                "timestamp",
+                "elapsed",
+            ],
             Role::Voltage => &[
-                "voltage", "drive", "spannung", "tension", "voltaje", "tensione", "command",
-                "monitor", "actuator", "excitation", "amplifier",
+                "voltage",
+                "drive",
+                "spannung",
+                "tension",
+                "voltaje",
+                "tensione",
+                "command",
+                "monitor",
+                "actuator",
+                "excitation",
+                "amplifier",
             ],
             Role::ProofMass => &[
-                "xp", "displacement", "position", "deflection", "height", "auslenkung", "weg",
-                "deplacement", "posicion", "desplazamiento", "spostamento", "posizione", "tip",
+                "xp",
+                "displacement",
+                "position",
+                "deflection",
+                "height",
+                "auslenkung",
+                "weg",
+                "deplacement",
+                "posicion",
+                "desplazamiento",
+                "spostamento",
+                "posizione",
+                "tip",
                 "\u{4f4d}\u{79fb}",
             ],
             Role::Cantilever => &[
-                "xc", "cantilever", "beam", "centre", "center", "middle", "mitte", "balken",
+                "xc",
+                "cantilever",
+                "beam",
+                "centre",
+                "center",
+                "middle",
+                "mitte",
+                "balken",
             ],
         }
     }
@@ -135,16 +218,47 @@ impl Role {
 
 /// Words with which a column is about another quantity, or about another's error.
 const OTHER_WORDS: [&str; 23] = [
-    "error", "err", "std", "sd", "sigma", "uncertainty", "fehler", "base", "reference", "ref",
-    "setpoint", "target", "noise", "frequency", "freq", "temperature", "temp", "sideways",
-    "lateral", "angle", "trigger", "current", "force",
+    "error",
+    "err",
+    "std",
+    "sd",
+    "sigma",
+    "uncertainty",
+    "fehler",
+    "base",
+    "reference",
+    "ref",
+    "setpoint",
+    "target",
+    "noise",
+    "frequency",
+    "freq",
+    "temperature",
+    "temp",
+    "sideways",
+    "lateral",
+    "angle",
+    "trigger",
+    "current",
+    "force",
 ];
 /// Words of a velocity and of an acceleration.
 const VELOCITY_WORDS: [&str; 7] = [
-    "velocity", "vel", "speed", "geschwindigkeit", "vitesse", "velocidad", "velocita",
+    "velocity",
+    "vel",
+    "speed",
+    "geschwindigkeit",
+    "vitesse",
+    "velocidad",
+    "velocita",
 ];
 const ACCELERATION_WORDS: [&str; 6] = [
-    "acceleration", "accel", "acc", "beschleunigung", "aceleracion", "accelerazione",
+    "acceleration",
+    "accel",
+    "acc",
+    "beschleunigung",
+    "aceleracion",
+    "accelerazione",
 ];
 /// Names of numbered rows.
 const INDEX_NAMES: [&str; 10] = [
@@ -152,8 +266,20 @@ const INDEX_NAMES: [&str; 10] = [
 ];
 /// Names of an instrument's channels.
 const CHANNEL_WORDS: [&str; 14] = [
-    "ch", "channel", "c", "in", "ai", "trace", "ampl", "amplitude", "value", "signal", "input",
-    "kanal", "voie", "analog",
+    "ch",
+    "channel",
+    "c",
+    "in",
+    "ai",
+    "trace",
+    "ampl",
+    "amplitude",
+    "value",
+    "signal",
+    "input",
+    "kanal",
+    "voie",
+    "analog",
 ];
 
 /// A column of a header.
@@ -176,9 +302,15 @@ impl Column {
     pub(in crate::recording::csv) fn of(cell: &str) -> Self {
         let (name, unit) = split_unit(cell);
         let unit = unit.filter(|u| !u.is_empty());
-        let folded: String = name.chars().flat_map(char::to_lowercase).map(plain).collect();
+        let folded: String = name
+            .chars()
+            .flat_map(char::to_lowercase)
+            .map(plain)
+            .collect();
         let whole: String = folded.chars().filter(|c| c.is_alphanumeric()).collect();
-        let key = whole.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
+        let key = whole
+            .trim_end_matches(|c: char| c.is_ascii_digit())
+            .to_owned();
         let number = whole.get(key.len()..).and_then(|n| n.parse().ok());
         let words = folded
             .split(|c: char| !c.is_alphanumeric())
@@ -298,7 +430,10 @@ impl Column {
 
     /// Whether it is a column of dates by its name.
     pub(in crate::recording::csv) fn is_date(&self) -> bool {
-        matches!(self.key.as_str(), "date" | "datum" | "fecha" | "data" | "day")
+        matches!(
+            self.key.as_str(),
+            "date" | "datum" | "fecha" | "data" | "day"
+        )
     }
 }
 

@@ -31,7 +31,10 @@ pub(in crate::recording::csv) fn columns(
     count: usize,
     decimal: Decimal,
 ) -> (Vec<ColumnSample>, Vec<Evidence>) {
-    let table: Vec<Vec<&[u8]>> = rows.iter().map(|row| cells(row, delimiter).collect()).collect();
+    let table: Vec<Vec<&[u8]>> = rows
+        .iter()
+        .map(|row| cells(row, delimiter).collect())
+        .collect();
     let column = |i: usize| table.iter().filter_map(move |row| row.get(i).copied());
     let evidence: Vec<Evidence> = (0..count)
         .map(|i| {
@@ -61,8 +64,25 @@ pub(in crate::recording::csv) fn certain_decimal(
     let shown = |mark: Decimal| evidence.iter().any(|own| own.shows_decimal(mark));
     // Semicolons separate cells where the comma is taken for decimals.
     let has_comma = || evidence.iter().any(|own| own.has(Decimal::Comma));
+    let by_groups = || {
+        evidence
+            .iter()
+            .find_map(|own| match own.judge(None, Decimal::Point) {
+                Verdict::Clear(Marks {
+                    decimal,
+                    thousands: Some(_),
+                }) => Some(if decimal == b',' {
+                    Decimal::Comma
+                } else {
+                    Decimal::Point
+                }),
+                _ => None,
+            })
+    };
+    let by_delimiter = || (delimiter == b';' && has_comma()).then_some(Decimal::Comma);
     match (shown(Decimal::Point), shown(Decimal::Comma)) {
-        (false, false) if delimiter == b';' && has_comma() => Some(Decimal::Comma),
+        // Thousands of one column are marked as those of another.
+        (false, false) => by_groups().or_else(by_delimiter),
         (true, false) => Some(Decimal::Point),
         (false, true) => Some(Decimal::Comma),
         _ => None,
@@ -89,9 +109,7 @@ fn of_cells(cells: &[&[u8]], marks: Marks) -> ColumnSample {
         } else {
             f64::NAN
         },
-        counts: all.len() > 1
-            && first.fract() == 0.0
-            && all.windows(2).all(|w| w[1] - w[0] == 1.0),
+        counts: all.len() > 1 && first.fract() == 0.0 && all.windows(2).all(|w| w[1] - w[0] == 1.0),
         is_clock: all.is_empty() && clocks > 0 && 2 * clocks >= cells.len(),
         has_date: cells.iter().any(|cell| calendar::has_date(&text(cell))),
         numbers: all.len(),

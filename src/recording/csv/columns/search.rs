@@ -73,7 +73,11 @@ impl<'a> ColumnSearch<'a> {
 
     pub(super) fn name(&self, i: usize) -> String {
         let name = self.cells.get(i).map_or("", |cell| cell.trim());
-        format!("{} (\"{}\")", i + 1, name.chars().take(40).collect::<String>())
+        format!(
+            "{} (\"{}\")",
+            i + 1,
+            name.chars().take(40).collect::<String>()
+        )
     }
 
     pub(super) fn names(&self, columns: &[usize]) -> String {
@@ -293,7 +297,10 @@ impl<'a> ColumnSearch<'a> {
     }
 
     pub(super) fn unknown_unit(&mut self, role: Role, i: usize) {
-        let unit = self.column(i).and_then(|c| c.unit.clone()).unwrap_or_default();
+        let unit = self
+            .column(i)
+            .and_then(|c| c.unit.clone())
+            .unwrap_or_default();
         let short = format!("\"{unit}\" is not a unit for {}", role.quantity());
         let error = ImportError::UnknownUnit {
             file: self.facts.file.into(),
@@ -359,7 +366,8 @@ impl<'a> ColumnSearch<'a> {
                 self.name(other)
             );
             let line = Some(self.facts.line);
-            self.mapping.warn(WarningKind::DuplicateColumn, line, message);
+            self.mapping
+                .warn(WarningKind::DuplicateColumn, line, message);
             self.taken.push(other);
         }
     }
@@ -381,7 +389,9 @@ impl<'a> ColumnSearch<'a> {
             let options = format!("--unit {}=um (or m, mm, nm)", role.symbol());
             let error = self.undecided(question, options);
             let topic = Topic::Unit(role);
-            self.mapping.questions.push(super::Question { topic, error });
+            self.mapping
+                .questions
+                .push(super::Question { topic, error });
         }
         unit.to_owned()
     }
@@ -395,9 +405,7 @@ impl<'a> ColumnSearch<'a> {
         let unit = time.and_then(|t| super::units::time_unit(&t.unit, None));
         let step = time.and_then(|t| self.facts.samples.get(t.index));
         match (unit, step) {
-            (Some(unit), Some(sample)) => {
-                sample.step.abs() * unit.factor * 10f64.powi(unit.shift)
-            }
+            (Some(unit), Some(sample)) => sample.step.abs() * unit.factor * 10f64.powi(unit.shift),
             _ => f64::NAN,
         }
     }

@@ -114,7 +114,8 @@ fn with_one_time(columns: &[Column], time: usize) -> Vec<Group> {
             let own = |i: &usize| {
                 *i == time
                     || i == motion
-                    || (!motions.contains(i) && (number(i).is_none() || number(i) == number(motion)))
+                    || (!motions.contains(i)
+                        && (number(i).is_none() || number(i) == number(motion)))
             };
             Group {
                 name: columns
@@ -159,7 +160,11 @@ mod tests {
         assert_eq!(groups[1], ("trial 2".to_owned(), vec![0, 1, 3]));
         let groups = found("t [s],V1 [V],xp1 [um],V2 [V],xp2 [um]", "");
         assert_eq!(groups[1].1, [0, 3, 4]);
-        for one in ["t [s],V [V],xp [um],xc [um]", "t [s],xp [um],x [um]", "n,t [s],xp [um]"] {
+        for one in [
+            "t [s],V [V],xp [um],xc [um]",
+            "t [s],xp [um],x [um]",
+            "n,t [s],xp [um]",
+        ] {
             assert!(found(one, "").is_empty(), "{one}");
         }
     }

@@ -46,10 +46,7 @@ pub(in crate::recording::csv) fn time_unit(unit: &str, interval: Option<f64>) ->
         factor: 1.0,
         is_clock: false,
     };
-    let times = |factor| TimeUnit {
-        factor,
-        ..plain(0)
-    };
+    let times = |factor| TimeUnit { factor, ..plain(0) };
     match unit.trim().to_lowercase().as_str() {
         "min" | "mins" | "minute" | "minutes" => Some(times(60.0)),
         "h" | "hr" | "hrs" | "hour" | "hours" => Some(times(3600.0)),
@@ -81,8 +78,8 @@ fn plain_unit(unit: &str, base: &str) -> String {
         "millimeter" | "millimeters" | "millimetre" | "millimetres" => "mm",
         "nanometer" | "nanometers" | "nanometre" | "nanometres" => "nm",
         // `S`, `MS`, `UM`, `mv`: capitals that change no prefix people mean here.
-        "s" | "ms" | "us" | "\u{b5}s" | "\u{3bc}s" | "ns" | "um" | "\u{b5}m" | "\u{3bc}m" | "nm"
-        | "cm"
+        "s" | "ms" | "us" | "\u{b5}s" | "\u{3bc}s" | "ns" | "um" | "\u{b5}m" | "\u{3bc}m"
+        | "nm" | "cm"
             if base != "V" =>
         {
             lower.as_str()
@@ -104,7 +101,11 @@ pub(in crate::recording::csv) fn unit_shift(unit: &str, base: &str) -> Option<i3
     let lower = unit.trim().to_lowercase();
     let squeezed: String = lower.chars().filter(|c| !c.is_whitespace()).collect();
     match base {
-        "m" if matches!(squeezed.as_str(), "\u{e5}" | "\u{212b}" | "angstrom" | "a\u{30a}") => {
+        "m" if matches!(
+            squeezed.as_str(),
+            "\u{e5}" | "\u{212b}" | "angstrom" | "a\u{30a}"
+        ) =>
+        {
             Some(-10)
         }
         "m/s" | "m/s^2" => {
@@ -234,14 +235,17 @@ pub(in crate::recording::csv) fn split_unit(cell: &str) -> (String, Option<Strin
         };
     }
     let parts = [
-        cell.rsplit_once('/'),
-        cell.rsplit_once(" in "),
-        cell.rsplit_once(['_', ' ']),
-        cell.rsplit_once(','),
+        (cell.rsplit_once('/'), true),
+        (cell.rsplit_once(" in "), true),
+        (cell.rsplit_once(['_', ' ']), false),
+        (cell.rsplit_once(','), false),
     ];
-    for (name, unit) in parts.into_iter().flatten() {
+    for (part, is_clear) in parts {
+        let Some((name, unit)) = part else { continue };
         let (name, unit) = (name.trim(), unit.trim());
-        if is_unit(unit) && !name.is_empty() && !name.ends_with('/') {
+        // "Channel A" is no current.
+        let fits = is_clear || kind_of(unit) != Some(UnitKind::Other);
+        if is_unit(unit) && fits && !name.is_empty() && !name.ends_with('/') {
             let velocity = name.rsplit_once([' ', '_', '/']);
             // "v / mm/s": the unit itself has a stroke.
             if let Some((short, first)) = velocity
@@ -324,5 +328,6 @@ mod tests {
             assert_eq!(split_unit(cell), (name.to_owned(), Some(unit.to_owned())));
         }
         assert_eq!(split_unit("trial 1"), ("trial 1".to_owned(), None));
+        assert_eq!(split_unit("Channel A"), ("Channel A".to_owned(), None));
     }
 }

@@ -138,7 +138,16 @@ mod tests {
         ] {
             assert_eq!(seconds(text).as_deref(), Some(expected), "{text}");
         }
-        for text in ["", "1.5", "12", "14:63:00", "2026-13-01", "1-2", "a:b", "1,5"] {
+        for text in [
+            "",
+            "1.5",
+            "12",
+            "14:63:00",
+            "2026-13-01",
+            "1-2",
+            "a:b",
+            "1,5",
+        ] {
             assert_eq!(seconds(text), None, "{text}");
         }
         assert!(has_date("2026-01-01") && !has_date("14:03:12"));

@@ -93,14 +93,17 @@ impl Marks {
 fn is_grouped(whole: &[u8], mark: u8) -> bool {
     let unsigned = whole.strip_prefix(b"-").or(whole.strip_prefix(b"+"));
     let unsigned = unsigned.unwrap_or(whole);
-    unsigned.split(|b| *b == mark).enumerate().all(|(i, group)| {
-        let fits = if i == 0 {
-            (1..=3).contains(&group.len()) && group != b"0" && !group.starts_with(b"00")
-        } else {
-            group.len() == 3
-        };
-        fits && group.iter().all(u8::is_ascii_digit)
-    })
+    unsigned
+        .split(|b| *b == mark)
+        .enumerate()
+        .all(|(i, group)| {
+            let fits = if i == 0 {
+                (1..=3).contains(&group.len()) && group != b"0" && !group.starts_with(b"00")
+            } else {
+                group.len() == 3
+            };
+            fits && group.iter().all(u8::is_ascii_digit)
+        })
 }
 
 /// Numbers of the forms in which one mark can stand.
@@ -143,7 +146,10 @@ impl Evidence {
     pub(in crate::recording::csv) fn note(&mut self, cell: &[u8]) {
         let cell = PlainCell::of(cell, false);
         let text: &[u8] = &cell.text;
-        let text = text.strip_prefix(b"-").or(text.strip_prefix(b"+")).unwrap_or(text);
+        let text = text
+            .strip_prefix(b"-")
+            .or(text.strip_prefix(b"+"))
+            .unwrap_or(text);
         let end = text
             .iter()
             .position(|b| !matches!(b, b'0'..=b'9' | b'.' | b','))
@@ -167,7 +173,9 @@ impl Evidence {
                 } else {
                     (&mut self.comma, b',')
                 };
-                let whole = number.split(|b| matches!(b, b'.' | b',') && *b != mark).next();
+                let whole = number
+                    .split(|b| matches!(b, b'.' | b',') && *b != mark)
+                    .next();
                 if whole.is_some_and(|w| is_grouped(w, mark)) {
                     before.before_other = before.before_other.saturating_add(1);
                 }
@@ -334,13 +342,19 @@ mod tests {
     #[test]
     fn a_column_is_judged_by_all_its_cells() {
         assert_eq!(judge(&["1.5", "58.052"], None), marks(b'.', None));
-        assert_eq!(judge(&["\"1,234.5\"", "2.0"], None), marks(b'.', Some(b',')));
+        assert_eq!(
+            judge(&["\"1,234.5\"", "2.0"], None),
+            marks(b'.', Some(b','))
+        );
         assert_eq!(judge(&["1.234,5", "2,0"], None), marks(b',', Some(b'.')));
         assert_eq!(judge(&["1.234.567", "8"], None), marks(b',', Some(b'.')));
         let comma = Some(Decimal::Comma);
         assert_eq!(judge(&["58.052", "-1"], comma), marks(b',', Some(b'.')));
         assert_eq!(judge(&["58,052", "57,001"], comma), marks(b',', None));
-        assert_eq!(judge(&["58,052", "1"], Some(Decimal::Point)), marks(b'.', Some(b',')));
+        assert_eq!(
+            judge(&["58,052", "1"], Some(Decimal::Point)),
+            marks(b'.', Some(b','))
+        );
         assert_eq!(judge(&["1,5", "1.5", "2,345"], None), Verdict::Mixed);
         assert_eq!(judge(&["1,5", ".25"], None), Verdict::Clear(Marks::EITHER));
         // 1.250 beside 7: three digits are a group.
@@ -349,7 +363,10 @@ mod tests {
         let zeros = judge(&["0", "8.120", "-8.120", "8.120"], None);
         assert_eq!(zeros, marks(b'.', None));
         assert_eq!(judge(&["58.052", "57.001"], None), marks(b'.', None));
-        assert!(matches!(judge(&["58,052", "57,001"], None), Verdict::Open(_)));
+        assert!(matches!(
+            judge(&["58,052", "57,001"], None),
+            Verdict::Open(_)
+        ));
         let many = [&["1"][..], &["1.234"; 40]].concat();
         assert!(matches!(judge(&many, None), Verdict::Open(_)));
     }

@@ -291,8 +291,19 @@ pub(super) const OVERRANGE: std::ops::Range<f64> = 9.895e37..9.915e37;
 /// Whether a cell says that the reading was out of range.
 pub(super) fn is_overrange(text: &[u8]) -> bool {
     const WORDS: [&str; 13] = [
-        "inf", "infinity", "\u{221e}", "ol", "o.l", "o.l.", "ovl", "ovld", "over", "overload",
-        "overflow", "overrange", "1.#inf",
+        "inf",
+        "infinity",
+        "\u{221e}",
+        "ol",
+        "o.l",
+        "o.l.",
+        "ovl",
+        "ovld",
+        "over",
+        "overload",
+        "overflow",
+        "overrange",
+        "1.#inf",
     ];
     let word = String::from_utf8_lossy(text.trim_ascii()).to_lowercase();
     let word = word.trim_matches('"').trim();
@@ -319,8 +330,20 @@ pub(super) fn is_number(text: &[u8]) -> bool {
 /// (`Some(false)`), or other text (`None`).
 pub(super) fn looks_numeric(text: &[u8]) -> Option<bool> {
     const MISSING_VALUES: [&[u8]; 14] = [
-        b"", b"\"\"", b"nan", b"n/a", b"na", b"null", b"none", b"-", b"#n/a", b"#value!", b"?",
-        b"1.#qnan", b"-1.#ind", b"nan(ind)",
+        b"",
+        b"\"\"",
+        b"nan",
+        b"n/a",
+        b"na",
+        b"null",
+        b"none",
+        b"-",
+        b"#n/a",
+        b"#value!",
+        b"?",
+        b"1.#qnan",
+        b"-1.#ind",
+        b"nan(ind)",
     ];
     if is_number(text) {
         return Some(true);
@@ -377,7 +400,17 @@ mod tests {
 
     #[test]
     fn overrange_marks_are_known() {
-        for text in ["9.9E+37", "-9.91e37", "OL", "-OL", "----", "inf", "-\u{221e}", "***", "\"Over\""] {
+        for text in [
+            "9.9E+37",
+            "-9.91e37",
+            "OL",
+            "-OL",
+            "----",
+            "inf",
+            "-\u{221e}",
+            "***",
+            "\"Over\"",
+        ] {
             assert!(is_overrange(text.as_bytes()), "{text}");
             assert!(looks_numeric(text.as_bytes()).is_some(), "{text}");
         }

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::recording::csv::columns::units::{TimeUnit, example_scale, kind_of, sensitivity, time_unit, unit_shift};
+use crate::recording::csv::columns::units::{
+    TimeUnit, example_scale, kind_of, sensitivity, time_unit, unit_shift,
+};
 use crate::recording::csv::number::marks::Marks;
 use crate::recording::csv::number::{OVERRANGE, calendar, relative_time};
 use crate::recording::csv::settings::{ColumnChoice, Decimal, ImportSettings};
@@ -47,7 +49,10 @@ pub(in crate::recording::csv) struct Layout {
 impl Layout {
     /// # Errors
     /// A column that is required is not chosen; a unit that is none of the quantity.
-    pub(in crate::recording::csv) fn new(file: &str, settings: &ImportSettings) -> Result<Self, ImportError> {
+    pub(in crate::recording::csv) fn new(
+        file: &str,
+        settings: &ImportSettings,
+    ) -> Result<Self, ImportError> {
         let line = settings.skip_lines.max(1);
         let found = || "the chosen columns".to_owned();
         if settings.time.is_none() && settings.clock.is_none() {

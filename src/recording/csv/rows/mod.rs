@@ -9,12 +9,12 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use self::layout::{Layout, TIME_SLOT};
+use self::widths::Widths;
 use crate::recording::csv::line::{cell_end, cells, is_skipped, show};
 use crate::recording::csv::number;
 use crate::recording::csv::number::marks::Evidence;
 use crate::recording::csv::number::relative_time::{self, RelativeTime, Zero};
 use crate::recording::csv::text::{Progress, READ_SHARE, Text};
-use self::widths::Widths;
 use crate::recording::error::ImportError;
 use crate::recording::times::exact_time::ExactTime;
 use crate::recording::times::rounding::Printed;
@@ -173,7 +173,12 @@ impl Table {
     }
 
     /// Number of the line that gave `row`.
-    pub(in crate::recording::csv) fn line_of(&self, text: &Text, layout: &Layout, row: usize) -> usize {
+    pub(in crate::recording::csv) fn line_of(
+        &self,
+        text: &Text,
+        layout: &Layout,
+        row: usize,
+    ) -> usize {
         self.find(text, layout, row)
             .map_or(self.next_line, |(line, _)| line)
     }
@@ -201,7 +206,12 @@ impl Table {
     }
 
     /// Number of cells of the line that gave `row`.
-    pub(in crate::recording::csv) fn cells_of(&self, text: &Text, layout: &Layout, row: usize) -> usize {
+    pub(in crate::recording::csv) fn cells_of(
+        &self,
+        text: &Text,
+        layout: &Layout,
+        row: usize,
+    ) -> usize {
         self.find(text, layout, row)
             .map_or(0, |(_, line)| cells(line, layout.delimiter).count())
     }
@@ -221,7 +231,11 @@ impl Table {
 }
 
 /// The first time in `rows` with all its digits, in the file's unit; `None` if there is none.
-pub(in crate::recording::csv) fn first_time(rows: &[u8], text: &Text, layout: &Layout) -> Option<ExactTime> {
+pub(in crate::recording::csv) fn first_time(
+    rows: &[u8],
+    text: &Text,
+    layout: &Layout,
+) -> Option<ExactTime> {
     text.split(rows)
         .filter(|line| !is_skipped(line, layout.delimiter))
         .find_map(|line| exact_time(line, layout))
@@ -243,7 +257,11 @@ fn exact_time(line: &[u8], layout: &Layout) -> Option<ExactTime> {
 }
 
 /// What the marks of all columns of `range` show.
-pub(in crate::recording::csv) fn evidence(text: &Text, range: Range<usize>, delimiter: u8) -> Vec<Evidence> {
+pub(in crate::recording::csv) fn evidence(
+    text: &Text,
+    range: Range<usize>,
+    delimiter: u8,
+) -> Vec<Evidence> {
     let pieces: Vec<Vec<Evidence>> = split(text, range)
         .par_iter()
         .map(|piece| {

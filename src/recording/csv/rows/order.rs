@@ -59,7 +59,11 @@ pub(in crate::recording::csv) fn analyse(time: &[f64], counting: Counting) -> Or
         order.reversed = true;
         return order;
     }
-    let forward: Vec<f64> = known.windows(2).map(|w| w[1] - w[0]).filter(|s| *s > 0.0).collect();
+    let forward: Vec<f64> = known
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .filter(|s| *s > 0.0)
+        .collect();
     let steps: Vec<f64> = forward
         .iter()
         .scan(0.0, |t, step| {
@@ -90,16 +94,25 @@ pub(in crate::recording::csv) fn analyse(time: &[f64], counting: Counting) -> Or
         let long = k - begin >= MIN_TRIAL_ROWS && added == 0.0;
         // One stamp that is too small is no new start: the next is where it was.
         let ahead = &known[k..(k + MIN_TRIAL_ROWS).min(known.len())];
-        let goes_on = ahead.len() >= MIN_TRIAL_ROWS && ahead.iter().all(|t| *t < before + step)
+        let goes_on = ahead.len() >= MIN_TRIAL_ROWS
+            && ahead.iter().all(|t| *t < before + step)
             && ahead.windows(2).all(|w| w[1] >= w[0]);
         if long && goes_on && since.abs() <= RESTART_SHARE * elapsed {
             starts.push(k);
         }
     }
     if starts.len() > 1 {
-        let first_rows: Vec<usize> = starts.iter().map(|k| if *k == 0 { 0 } else { rows[*k] }).collect();
+        let first_rows: Vec<usize> = starts
+            .iter()
+            .map(|k| if *k == 0 { 0 } else { rows[*k] })
+            .collect();
         let ends = first_rows.iter().skip(1).copied().chain([time.len()]);
-        order.parts = first_rows.iter().copied().zip(ends).map(|(a, b)| a..b).collect();
+        order.parts = first_rows
+            .iter()
+            .copied()
+            .zip(ends)
+            .map(|(a, b)| a..b)
+            .collect();
     }
     order
 }
@@ -107,7 +120,9 @@ pub(in crate::recording::csv) fn analyse(time: &[f64], counting: Counting) -> Or
 /// The period of a counter that goes from `before` to `now` in about one `step`.
 fn wrap_period(before: f64, now: f64, step: f64, counting: Counting) -> Option<f64> {
     let fall = before - now + step;
-    let counters = COUNTER_BITS.iter().map(|bits| 2f64.powi(*bits) * counting.unit);
+    let counters = COUNTER_BITS
+        .iter()
+        .map(|bits| 2f64.powi(*bits) * counting.unit);
     let days = counting.is_clock.then_some(86_400.0);
     let mut periods = counters.chain(days);
     // A counter is below its period everywhere.
@@ -125,9 +140,9 @@ fn changes_unit(before: f64, now: f64, step: f64, counting: Counting) -> bool {
     let (before, now) = (counting.origin + before, counting.origin + now);
     let expected = before + step;
     now > 0.0
-        && [1e3, 1e6].iter().any(|factor| {
-            (now * factor - expected).abs() <= UNIT_CHANGE_TOLERANCE * expected
-        })
+        && [1e3, 1e6]
+            .iter()
+            .any(|factor| (now * factor - expected).abs() <= UNIT_CHANGE_TOLERANCE * expected)
 }
 
 /// The rows in the order of their times, where some that do not follow the others lie between them;
@@ -140,7 +155,11 @@ pub(in crate::recording::csv) fn sorted(time: &[f64]) -> Option<(Vec<usize>, usi
     let kept = || (0..time.len()).filter(|i| forward.keep[*i]);
     let (first, last) = (time[kept().next()?], time[kept().next_back()?]);
     // A row outside of the others is a wrong stamp, not a row that stands elsewhere.
-    let inside = |i: &usize| time[*i] > first && time[*i] < last;
+    let known: Vec<f64> = kept().map(|i| time[i]).collect();
+    let inside = |i: &usize| {
+        let is_new = known.binary_search_by(|t| t.total_cmp(&time[*i])).is_err();
+        time[*i] > first && time[*i] < last && is_new
+    };
     let moved: Vec<usize> = (0..time.len())
         .filter(|i| !forward.keep[*i] && time[*i].is_finite())
         .filter(inside)
@@ -205,7 +224,9 @@ mod tests {
 
     #[test]
     fn counters_begin_again() {
-        let time: Vec<f64> = (0..100).map(|i| f64::from((65_000 + 20 * i) % 65_536) * 1e-6).collect();
+        let time: Vec<f64> = (0..100)
+            .map(|i| f64::from((65_000 + 20 * i) % 65_536) * 1e-6)
+            .collect();
         let counting = Counting {
             unit: 1e-6,
             ..PLAIN
@@ -214,7 +235,9 @@ mod tests {
         assert_eq!(order.wraps.len(), 1);
         assert!((order.wraps[0].1 - 65_536e-6).abs() < 1e-12);
         assert_eq!(order.parts.len(), 1);
-        let midnight: Vec<f64> = (0..100).map(|i| (86_399.0 + 0.1 * f64::from(i)) % 86_400.0).collect();
+        let midnight: Vec<f64> = (0..100)
+            .map(|i| (86_399.0 + 0.1 * f64::from(i)) % 86_400.0)
+            .collect();
         let counting = Counting {
             unit: 1.0,
             is_clock: true,

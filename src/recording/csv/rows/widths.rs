@@ -74,7 +74,8 @@ impl Widths {
     /// The change from one number of cells to another for good, if there is one.
     pub(in crate::recording::csv) fn change(&self) -> Option<WidthChange> {
         let all: usize = self.rows.iter().map(|rows| rows.count).sum();
-        let many = |rows: &&Rows| rows.count as f64 > MIN_CHANGED_SHARE * all as f64 && rows.count > 1;
+        let many =
+            |rows: &&Rows| rows.count as f64 > MIN_CHANGED_SHARE * all as f64 && rows.count > 1;
         let many: Vec<&Rows> = self.rows.iter().filter(many).collect();
         let [a, b] = many.as_slice() else {
             return None;
@@ -102,7 +103,11 @@ mod tests {
         joined.join(&later, 50);
         assert_eq!(
             joined.change(),
-            Some(WidthChange { row: 50, before: 3, after: 4 })
+            Some(WidthChange {
+                row: 50,
+                before: 3,
+                after: 4
+            })
         );
         let mut mixed = Widths::default();
         (0..50).for_each(|row| mixed.note(3 + row % 2, row));

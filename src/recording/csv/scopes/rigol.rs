@@ -56,7 +56,9 @@ fn named_increment(head: &Head) -> Option<ScopeHeader> {
         })
         .collect();
     let numbers = head.cells(line + 1);
-    let has_times = own.first().is_some_and(|c| c.to_lowercase().starts_with("time"));
+    let has_times = own
+        .first()
+        .is_some_and(|c| c.to_lowercase().starts_with("time"));
     let empty = numbers.first().is_some_and(|c| c.trim().is_empty());
     if has_times && empty {
         *own.first_mut()? = "unused".to_owned();

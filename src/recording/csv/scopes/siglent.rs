@@ -25,5 +25,9 @@ pub(super) fn read(head: &Head) -> Option<ScopeHeader> {
             own.rsplit(':').next().unwrap_or(own).to_owned()
         })
         .collect();
-    Some(ScopeHeader::new("Siglent", with_units(&names, &units), line))
+    Some(ScopeHeader::new(
+        "Siglent",
+        with_units(&names, &units),
+        line,
+    ))
 }

@@ -18,7 +18,10 @@ fn beside(head: &Head) -> Option<ScopeHeader> {
     }
     let text = |name: &str| {
         let values = head.values(name)?;
-        values.first().map(|v| v.trim().to_owned()).filter(|v| !v.is_empty())
+        values
+            .first()
+            .map(|v| v.trim().to_owned())
+            .filter(|v| !v.is_empty())
     };
     let source = text("Source").unwrap_or_else(|| "CH1".to_owned());
     let vertical = text("Vertical Units").unwrap_or_else(|| "V".to_owned());
@@ -42,11 +45,14 @@ fn beside(head: &Head) -> Option<ScopeHeader> {
 fn above(head: &Head) -> Option<ScopeHeader> {
     let (line, names) = head.named("TIME")?;
     let vertical = head.values("Vertical Units")?;
-    head.named("Model").or_else(|| head.named("Sample Interval"))?;
+    head.named("Model")
+        .or_else(|| head.named("Sample Interval"))?;
     let horizontal = head.values("Horizontal Units").unwrap_or_default();
     let horizontal = horizontal.first().map_or("s", |u| u.trim()).to_lowercase();
-    let units: Vec<String> = std::iter::once(horizontal)
-        .chain(vertical)
-        .collect();
-    Some(ScopeHeader::new("Tektronix", with_units(&names, &units), line))
+    let units: Vec<String> = std::iter::once(horizontal).chain(vertical).collect();
+    Some(ScopeHeader::new(
+        "Tektronix",
+        with_units(&names, &units),
+        line,
+    ))
 }

@@ -9,7 +9,12 @@ const MAX_LINES_ABOVE: usize = 3;
 
 pub(super) fn read(head: &Head) -> Option<ScopeHeader> {
     let plain = |line: &&[u8]| uncomment(line).unwrap_or(line).to_vec();
-    let lines: Vec<Vec<u8>> = head.lines.iter().take(MAX_LINES_ABOVE + 1).map(plain).collect();
+    let lines: Vec<Vec<u8>> = head
+        .lines
+        .iter()
+        .take(MAX_LINES_ABOVE + 1)
+        .map(plain)
+        .collect();
     let cells_of = |line: &[u8]| {
         let delimiters = [b'\t', b',', b';'];
         let rows = delimiters.iter().map(|d| show_row(line, *d));
@@ -23,7 +28,10 @@ pub(super) fn read(head: &Head) -> Option<ScopeHeader> {
     })?;
     // The name of the tracked mass stands alone in the line above.
     let above = lines.get(at.checked_sub(1)?)?;
-    let named: Vec<String> = cells_of(above).into_iter().filter(|c| !c.is_empty()).collect();
+    let named: Vec<String> = cells_of(above)
+        .into_iter()
+        .filter(|c| !c.is_empty())
+        .collect();
     let [mass] = named.as_slice() else {
         return None;
     };

@@ -125,7 +125,10 @@ fn rows_without_increasing_time_are_dropped_and_counted() {
     let text = "t [ms],x [m]\n0,0\n1,1\n1,2\n0.5,3\n2,4\n,5\n3,6\n900,7\n4,8\n5,9\n6,10\n";
     // Three of eleven rows are more than are lost without asking.
     let error = fails(text.as_bytes()).to_string();
-    assert!(error.contains("3 of 11 rows") && error.contains("--accept-losses"), "{error}");
+    assert!(
+        error.contains("3 of 11 rows") && error.contains("--accept-losses"),
+        "{error}"
+    );
     let choices = ReadingChoices {
         accept_losses: true,
         ..ReadingChoices::default()
@@ -192,11 +195,18 @@ fn gaps_and_unlikely_units_give_warnings() {
 
 #[test]
 fn headers_with_doubts() {
-    for header in ["t [s],xp [um],xp [um]", "t [s],xp [nm],xp [um]", "t [s],x [um],xp [um]"] {
+    for header in [
+        "t [s],xp [um],xp [um]",
+        "t [s],xp [nm],xp [um]",
+        "t [s],x [um],xp [um]",
+    ] {
         // Two columns of one quantity, whatever their units or names: only a person knows.
         let text = format!("{header}\n0,1,2\n1e-5,3,4\n");
         let error = fails(text.as_bytes()).to_string();
-        assert!(error.contains("columns 2 (") && error.contains("and 3 ("), "{error}");
+        assert!(
+            error.contains("columns 2 (") && error.contains("and 3 ("),
+            "{error}"
+        );
         assert!(error.contains("--column xp="), "{error}");
         let choices = ReadingChoices {
             columns: vec![("xp".into(), "3".into())],
@@ -207,7 +217,10 @@ fn headers_with_doubts() {
     }
     for text in ["0,8,1\n1e-5,8,2\n", "0\t1e-6\n1e-5\t2e-6\n"] {
         let error = fails(text.as_bytes()).to_string();
-        assert!(error.contains("no header") && error.contains("--column t=1"), "{error}");
+        assert!(
+            error.contains("no header") && error.contains("--column t=1"),
+            "{error}"
+        );
     }
     let choices = ReadingChoices {
         columns: vec![
@@ -219,7 +232,10 @@ fn headers_with_doubts() {
         ..ReadingChoices::default()
     };
     let r = import_bytes_chosen("x", b"0,8,1\n1e-5,8,2\n", &choices).unwrap();
-    assert_eq!((r.proof_mass[0], r.voltage.as_ref().unwrap()[0]), (1e-6, 8.0));
+    assert_eq!(
+        (r.proof_mass[0], r.voltage.as_ref().unwrap()[0]),
+        (1e-6, 8.0)
+    );
     let r = auto("t,x\n0,1e-6\n1e-5,2e-6\n");
     assert_eq!(r.proof_mass[1], 2e-6);
     assert_eq!(
@@ -337,16 +353,12 @@ fn settings_decide_and_are_remembered() {
     settings_fail(&settings, |s| s.time = None, "no time column");
     settings_fail(
         &settings,
-        |s| {
-            s.proof_mass = Some(ColumnChoice::new(2, "V"))
-        },
+        |s| s.proof_mass = Some(ColumnChoice::new(2, "V")),
         "xp is in \"V\"",
     );
     settings_fail(
         &settings,
-        |s| {
-            s.proof_mass = Some(ColumnChoice::new(usize::MAX, "um"))
-        },
+        |s| s.proof_mass = Some(ColumnChoice::new(usize::MAX, "um")),
         "xp is to be read from column 18446744073709551615, but there are only 4 columns",
     );
     settings_fail(

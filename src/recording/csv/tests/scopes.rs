@@ -9,7 +9,12 @@ fn rows(line: impl Fn(f64, u32, f64, f64) -> String) -> String {
     (0..40u32)
         .map(|i| {
             let t = -2e-3 + 250e-6 * f64::from(i);
-            line(t, i, if i % 10 < 5 { 8.0 } else { -8.0 }, (0.4 * f64::from(i)).sin()) + "\n"
+            line(
+                t,
+                i,
+                if i % 10 < 5 { 8.0 } else { -8.0 },
+                (0.4 * f64::from(i)).sin(),
+            ) + "\n"
         })
         .collect()
 }
@@ -34,7 +39,10 @@ fn check(r: &Recording, has_voltage: bool) {
     assert!((r.interval() - 250e-6).abs() < 1e-12, "{:e}", r.interval());
     assert!((r.origin.seconds() + 2e-3).abs() < 1e-9, "{}", r.origin);
     for (i, x) in r.proof_mass.iter().enumerate() {
-        assert!((x - 50e-6 * (0.4 * i as f64).sin()).abs() < 1e-9, "{i}: {x}");
+        assert!(
+            (x - 50e-6 * (0.4 * i as f64).sin()).abs() < 1e-9,
+            "{i}: {x}"
+        );
     }
     assert_eq!(r.voltage.is_some(), has_voltage);
     if let Some(v) = &r.voltage {
@@ -105,12 +113,21 @@ fn two_channels() {
 
 #[test]
 fn one_channel() {
-    let names = ["Record Length", "Sample Interval", "Source", "Vertical Units", "Horizontal Units"];
+    let names = [
+        "Record Length",
+        "Sample Interval",
+        "Source",
+        "Vertical Units",
+        "Horizontal Units",
+    ];
     let values = ["40", "2.5e-04", "CH2", "V", "s"];
     let beside = rows(|t, i, _, x| {
         let i = i as usize;
         let name = names.get(i).copied().unwrap_or("");
-        format!("{name},{},,{t:.9},  {x:.8},", values.get(i).copied().unwrap_or(""))
+        format!(
+            "{name},{},,{t:.9},  {x:.8},",
+            values.get(i).copied().unwrap_or("")
+        )
     });
     check(&read(&beside, &[], Some("Tektronix TDS")), false);
     let head = "LECROYWS3024,1,Waveform\nSegments,1,SegmentSize,40\nSegment,TrigTime,TimeSinceSegment1\n\
@@ -124,7 +141,10 @@ fn one_channel() {
         ..ReadingChoices::default()
     };
     let two = format!("{head}{one}{one}");
-    check(&import_bytes_chosen("x", two.as_bytes(), &choices).unwrap(), false);
+    check(
+        &import_bytes_chosen("x", two.as_bytes(), &choices).unwrap(),
+        false,
+    );
 }
 
 #[test]

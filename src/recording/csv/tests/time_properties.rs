@@ -1,8 +1,8 @@
 use proptest::prelude::*;
 
 use super::auto;
-use crate::recording::{ExactTime, WarningKind};
 use crate::recording::csv::*;
+use crate::recording::{ExactTime, WarningKind};
 
 /// `ticks` of `10^-places` of the file's unit, from `base` on, as decimal text.
 fn written(base: i128, ticks: &[u64], places: u32, comma: bool) -> Vec<String> {

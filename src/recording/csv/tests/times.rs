@@ -3,8 +3,8 @@
 use std::fmt::Display;
 
 use super::{auto, fails, kinds};
-use crate::recording::{Channel, ImportError, Recording, WarningKind};
 use crate::recording::csv::*;
+use crate::recording::{Channel, ImportError, Recording, WarningKind};
 
 /// A file of these times, with a motion.
 fn file<T: Display>(header: &str, times: impl Iterator<Item = T>) -> String {
@@ -218,9 +218,7 @@ fn column_70_000_is_column_70_000() {
         cells.join(",") + "\n"
     };
     let text = row("0", "1") + &row("1e-5", "2") + &row("2e-5", "3");
-    let choice = |index| {
-        Some(ColumnChoice::new(index, ""))
-    };
+    let choice = |index| Some(ColumnChoice::new(index, ""));
     let settings = ImportSettings {
         time: choice(0),
         proof_mass: choice(70_000),

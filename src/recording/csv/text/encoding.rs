@@ -192,7 +192,10 @@ mod tests {
     #[test]
     fn zeros_at_the_end_are_cut() {
         let decoded = decode(b"t,x\n0,1\n\0\0\0", None, false);
-        assert_eq!((&decoded.bytes[..], decoded.zeros_cut), (&b"t,x\n0,1\n"[..], 3));
+        assert_eq!(
+            (&decoded.bytes[..], decoded.zeros_cut),
+            (&b"t,x\n0,1\n"[..], 3)
+        );
     }
 
     proptest! {

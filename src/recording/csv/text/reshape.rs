@@ -149,7 +149,9 @@ pub(in crate::recording::csv) fn labels(line: &[u8]) -> Option<Vec<Label<'_>>> {
             .position(|b| b.is_ascii_alphabetic() && !matches!(b, b'e' | b'E') || *b >= 0x80)
             .unwrap_or(rest.len());
         let (value, unit) = (rest.get(..end)?.trim_ascii(), rest.get(end..)?.trim_ascii());
-        let named = name.first().is_some_and(|b| b.is_ascii_alphabetic() || *b >= 0x80);
+        let named = name
+            .first()
+            .is_some_and(|b| b.is_ascii_alphabetic() || *b >= 0x80);
         if !named || !number::is_number(value) {
             return None;
         }
@@ -192,7 +194,11 @@ mod tests {
     #[test]
     fn blanks_become_tabulators() {
         assert_eq!(
-            shaped("  t [s]   x [um]\r\n 0  1\n\"a b\" 2 ", Delimiter::Spaces, &[]),
+            shaped(
+                "  t [s]   x [um]\r\n 0  1\n\"a b\" 2 ",
+                Delimiter::Spaces,
+                &[]
+            ),
             "t [s]\tx [um]\n0\t1\n\"a b\"\t2"
         );
         assert_eq!(shaped("# t x", Delimiter::Spaces, &[]), "# t\tx");
