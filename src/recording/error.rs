@@ -212,8 +212,8 @@ pub enum ImportError {
         column: usize,
         scale: FileText,
         unit: FileText,
-        symbol: String,
-        base: String,
+        symbol: &'static str,
+        base: &'static str,
     },
     /// A file with several recordings.
     #[error(

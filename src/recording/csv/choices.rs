@@ -235,8 +235,8 @@ fn set_scale(role: Role, scale: &str, preview: &mut Preview) -> Result<(), Impor
         column: role.of(&preview.settings).map_or(0, |c| c.index + 1),
         scale: scale.into(),
         unit: unit.into(),
-        symbol: role.symbol().to_owned(),
-        base: role.base().to_owned(),
+        symbol: role.symbol(),
+        base: role.base(),
     };
     if let Ok(factor) = scale.trim().parse::<f64>() {
         if !factor.is_finite() || factor == 0.0 {

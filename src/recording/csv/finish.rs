@@ -9,8 +9,8 @@ use crate::model::unit::{counted, format_quantity};
 use crate::recording::assemble::{Columns, FileClock, Place, assemble};
 use crate::recording::error::{ImportError, ImportWarning, WarningKind};
 use crate::recording::integrate::integrate;
-use crate::recording::times::even_times;
 use crate::recording::times::exact_time::ExactTime;
+use crate::recording::times::{even_times, time_samples};
 use crate::recording::{Channel, Recording};
 
 impl Source<'_> {
@@ -100,7 +100,11 @@ impl Source<'_> {
         };
         let factor = layout.slots[TIME_SLOT].factor;
         let mut origin = layout.seconds(rows.zero.clone());
-        if factor != 1.0 || begin != 0.0 {
+        let unit = self.settings.time.as_ref().map(|t| t.unit.as_str());
+        if unit == Some("sample") {
+            time_samples(factor, &mut time);
+            time.iter_mut().for_each(|t| *t += begin);
+        } else if factor != 1.0 || begin != 0.0 {
             time.iter_mut().for_each(|t| *t = *t * factor + begin);
         }
         if !keeps_zero && start != 0.0 {

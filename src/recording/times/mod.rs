@@ -40,3 +40,20 @@ pub(in crate::recording) fn even_times(interval: f64, count: usize) -> Vec<f64> 
     let clock = Interval::within(low, high);
     (0..count as u64).map(|i| clock.times(i)).collect()
 }
+
+/// Turns sample numbers into times `interval` \[s\] apart, as [`even_times`] does.
+pub(in crate::recording) fn time_samples(interval: f64, samples: &mut [f64]) {
+    let (low, high) = (
+        interval * (1.0 - INTERVAL_ROUNDING),
+        interval * (1.0 + INTERVAL_ROUNDING),
+    );
+    let clock = Interval::within(low, high);
+    for sample in samples {
+        let is_whole = sample.fract() == 0.0 && (0.0..9e15).contains(sample);
+        *sample = if is_whole {
+            clock.times(*sample as u64)
+        } else {
+            *sample * interval
+        };
+    }
+}

@@ -110,8 +110,9 @@ pub(super) fn map_header(
         return mapping;
     };
     // Each recording has its own columns; what is said of the first holds for all.
+    let unset = settings.clone();
     for (i, group) in groups.iter().enumerate() {
-        let mut own = settings.clone();
+        let mut own = unset.clone();
         let mut found = Mapping::default();
         ColumnSearch::new(facts, cells, &columns, &group.columns, &mut found).run(&mut own);
         if i == 0 {

@@ -64,8 +64,25 @@ pub(in crate::recording::csv) fn certain_decimal(
     let shown = |mark: Decimal| evidence.iter().any(|own| own.shows_decimal(mark));
     // Semicolons separate cells where the comma is taken for decimals.
     let has_comma = || evidence.iter().any(|own| own.has(Decimal::Comma));
+    let by_groups = || {
+        evidence
+            .iter()
+            .find_map(|own| match own.judge(None, Decimal::Point) {
+                Verdict::Clear(Marks {
+                    decimal,
+                    thousands: Some(_),
+                }) => Some(if decimal == b',' {
+                    Decimal::Comma
+                } else {
+                    Decimal::Point
+                }),
+                _ => None,
+            })
+    };
+    let by_delimiter = || (delimiter == b';' && has_comma()).then_some(Decimal::Comma);
     match (shown(Decimal::Point), shown(Decimal::Comma)) {
-        (false, false) if delimiter == b';' && has_comma() => Some(Decimal::Comma),
+        // Thousands of one column are marked as those of another.
+        (false, false) => by_groups().or_else(by_delimiter),
         (true, false) => Some(Decimal::Point),
         (false, true) => Some(Decimal::Comma),
         _ => None,

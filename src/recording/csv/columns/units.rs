@@ -235,14 +235,17 @@ pub(in crate::recording::csv) fn split_unit(cell: &str) -> (String, Option<Strin
         };
     }
     let parts = [
-        cell.rsplit_once('/'),
-        cell.rsplit_once(" in "),
-        cell.rsplit_once(['_', ' ']),
-        cell.rsplit_once(','),
+        (cell.rsplit_once('/'), true),
+        (cell.rsplit_once(" in "), true),
+        (cell.rsplit_once(['_', ' ']), false),
+        (cell.rsplit_once(','), false),
     ];
-    for (name, unit) in parts.into_iter().flatten() {
+    for (part, is_clear) in parts {
+        let Some((name, unit)) = part else { continue };
         let (name, unit) = (name.trim(), unit.trim());
-        if is_unit(unit) && !name.is_empty() && !name.ends_with('/') {
+        // "Channel A" is no current.
+        let fits = is_clear || kind_of(unit) != Some(UnitKind::Other);
+        if is_unit(unit) && fits && !name.is_empty() && !name.ends_with('/') {
             let velocity = name.rsplit_once([' ', '_', '/']);
             // "v / mm/s": the unit itself has a stroke.
             if let Some((short, first)) = velocity
@@ -325,5 +328,6 @@ mod tests {
             assert_eq!(split_unit(cell), (name.to_owned(), Some(unit.to_owned())));
         }
         assert_eq!(split_unit("trial 1"), ("trial 1".to_owned(), None));
+        assert_eq!(split_unit("Channel A"), ("Channel A".to_owned(), None));
     }
 }

@@ -170,8 +170,8 @@ impl Layout {
                 column,
                 scale: scale.clone().into(),
                 unit: choice.unit.clone().into(),
-                symbol: symbol.to_owned(),
-                base: base.to_owned(),
+                symbol,
+                base,
             });
         }
         if let Some(shift) = unit_shift(&choice.unit, base) {

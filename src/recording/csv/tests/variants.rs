@@ -219,7 +219,9 @@ fn rows_in_any_order() {
         format!("{},{v},{x}", (60_000 + t) % 65_536)
     });
     let r = auto(&wrapped);
-    same(&r, &expected);
+    assert_eq!(r.proof_mass, expected.proof_mass);
+    let apart = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-15;
+    assert!(r.time.iter().zip(&expected.time).all(apart), "{:?}", r.time);
     assert!(kinds(&r).contains(&WarningKind::CounterWrap));
     let mixed = text("T [ms],V [V],xp [nm]", |t, v, x| {
         if t < 1000 {

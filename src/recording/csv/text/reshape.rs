@@ -9,6 +9,9 @@ use crate::recording::csv::settings::Delimiter;
 /// Most names of a `label:value` row.
 const MAX_LABELS: usize = 64;
 
+/// Writes a line as it is to be read.
+type Rewrite<'a> = Box<dyn Fn(&[u8], &mut Vec<u8>) + 'a>;
+
 /// `bytes` as the other modules read them.
 pub(in crate::recording::csv) fn reshape<'a>(
     bytes: Cow<'a, [u8]>,
@@ -16,9 +19,9 @@ pub(in crate::recording::csv) fn reshape<'a>(
     delimiter: Delimiter,
     cell_ends: &[usize],
 ) -> Cow<'a, [u8]> {
-    let rewrite: Box<dyn Fn(&[u8], &mut Vec<u8>)> = match delimiter {
+    let rewrite: Rewrite = match delimiter {
         Delimiter::Comma | Delimiter::Semicolon | Delimiter::Tab | Delimiter::Pipe => return bytes,
-        Delimiter::Spaces => Box::new(|line, out| spaces(line, out)),
+        Delimiter::Spaces => Box::new(spaces),
         Delimiter::FixedWidth => Box::new(|line, out| fixed_width(line, cell_ends, out)),
         Delimiter::Labels => {
             let names = bytes.split(|b| *b == newline).find_map(labels);
