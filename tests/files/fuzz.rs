@@ -4,7 +4,7 @@
 #[path = "../../fuzz/src/bodies.rs"]
 mod bodies;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use rand::{RngExt, SeedableRng};
@@ -54,16 +54,30 @@ const TOKENS: &[&str] = &[
     "1.797e308Hz",
 ];
 
-/// The seeds of a target, in order of name.
-fn seeds(target: &str) -> Vec<Vec<u8>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("fuzz/seeds")
-        .join(target);
-    let mut paths: Vec<_> = std::fs::read_dir(&folder)
-        .unwrap_or_else(|error| panic!("{}: {error}", folder.display()))
-        .map(|entry| entry.unwrap().path())
-        .collect();
+/// The files of a folder and of those in it, in order of name.
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let entries =
+        std::fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
     paths.sort();
+    let below = |path: PathBuf| {
+        if path.is_dir() {
+            files_below(&path)
+        } else {
+            vec![path]
+        }
+    };
+    paths.into_iter().flat_map(below).collect()
+}
+
+/// The seeds of a target. Those of the formats are the files that other programs wrote.
+fn seeds(target: &str) -> Vec<Vec<u8>> {
+    let folder = match target {
+        "formats" => "assets/test_files/formats".to_owned(),
+        _ => format!("fuzz/seeds/{target}"),
+    };
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let paths = files_below(&folder);
     assert!(!paths.is_empty(), "no seed in {}", folder.display());
     paths
         .iter()
@@ -160,6 +174,11 @@ fn run(target: &str, body: fn(&[u8])) {
 #[test]
 fn recordings_survive_a_short_fuzzing() {
     run("recordings", bodies::recordings);
+}
+
+#[test]
+fn formats_survive_a_short_fuzzing() {
+    run("formats", bodies::formats);
 }
 
 #[test]

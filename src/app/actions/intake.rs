@@ -38,7 +38,7 @@ pub fn receive(services: &mut Services) -> bool {
                 entry,
             } => {
                 let read = Arc::clone(&recording);
-                let id = add_recording(services, path, settings, recording, entry);
+                let id = add_recording(services, path, *settings, recording, entry.map(|e| *e));
                 for warning in &read.warnings {
                     let text = format!("{}: {}", read.name, warning.message);
                     services.notice_about(Some(About::Recording(id)), false, text);
@@ -52,7 +52,7 @@ pub fn receive(services: &mut Services) -> bool {
                     .iter()
                     .find(|o| o.recording.path.as_ref() == Some(&path))
                     .map(|o| o.import.clone());
-                services.dialogs.ask_import(path, preview, known);
+                services.dialogs.ask_import(path, *preview, known);
             }
             FileEvent::Preset { preset } => {
                 choose_preset(&mut services.state.setup, &preset);

@@ -335,7 +335,7 @@ pub fn dialogs(services: &mut Services, ui: &mut Ui) {
             }
         }
         Some(Answer::Save(purpose, path)) => save(services, purpose, path),
-        Some(Answer::Import(path, settings)) => services.files.import(path, settings, None),
+        Some(Answer::Import(path, settings)) => services.files.import(path, *settings, None),
         Some(Answer::Device(preset)) => choose_preset(&mut services.state.setup, &preset),
         Some(Answer::Trial(path, trial)) => services.files.preview_trial(path, trial),
         Some(Answer::Browse(None)) => services.files.open_dialog(),

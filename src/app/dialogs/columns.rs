@@ -175,9 +175,9 @@ pub fn chooser(
     }
 }
 
-/// What one volt of a column stands for, where a displacement is given as a voltage.
+/// What one unit of a column stands for, where a displacement is given as a voltage or in pixels.
 pub fn sensitivity(ui: &mut Ui, quantity: &str, choice: &mut Option<ColumnChoice>) {
-    let Some(choice) = choice.as_mut().filter(|c| VOLTS.contains(&c.unit.as_str())) else {
+    let Some(choice) = choice.as_mut().filter(|c| c.is_in_foreign_unit()) else {
         return;
     };
     let mut text = choice.scale.clone().unwrap_or_default();
@@ -188,7 +188,7 @@ pub fn sensitivity(ui: &mut Ui, quantity: &str, choice: &mut Option<ColumnChoice
         ));
         let field = ui.add(
             TextEdit::singleline(&mut text)
-                .hint_text("0.5um/V")
+                .hint_text(format!("0.5um/{}", choice.unit))
                 .desired_width(90.0),
         );
         name(&field, Role::TextInput, &format!("{quantity} sensitivity"));
@@ -197,9 +197,6 @@ pub fn sensitivity(ui: &mut Ui, quantity: &str, choice: &mut Option<ColumnChoice
         }
     });
 }
-
-/// Units of a displacement that an instrument gives as a voltage.
-pub const VOLTS: [&str; 2] = ["V", "mV"];
 
 /// The unit in brackets after a column's name if it is one of `units`, else the first.
 fn unit_of(name: &str, units: &[&'static str]) -> String {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use eframe::egui::{Align2, Button, ComboBox, Grid, Id, RichText, TextEdit, Ui, Window};
 
 use super::columns::{
-    Names, VOLTS, chooser, interval, lines_before, micrometres, pick, scale, sensitivity,
+    Names, chooser, interval, lines_before, micrometres, pick, scale, sensitivity,
 };
 use super::sample::{Cells, Sample};
 use super::table::Roles;
@@ -91,12 +91,12 @@ impl ImportDialog {
         }
         for (name, choice) in &choices[1..3] {
             if let Some(choice) = choice
-                && VOLTS.contains(&choice.unit.as_str())
+                && choice.is_in_foreign_unit()
                 && choice.scale.is_none()
             {
                 return Some(format!(
-                    "Say what 1 {} of the {name} stands for, for example 0.5um/V.",
-                    choice.unit
+                    "Say what 1 {} of the {name} stands for, for example 0.5um/{}.",
+                    choice.unit, choice.unit
                 ));
             }
         }
@@ -198,7 +198,7 @@ impl ImportDialog {
         }
         // The field may have changed in this frame.
         if open && accepted && self.missing().is_none() {
-            let answer = Answer::Import(self.path.clone(), self.settings.clone());
+            let answer = Answer::Import(self.path.clone(), Box::new(self.settings.clone()));
             return (false, Some(answer));
         }
         (open, None)
@@ -212,7 +212,14 @@ impl ImportDialog {
         if let Some(problem) = self.preview.problem() {
             ui.colored_label(color, problem.to_string());
         }
-        for line in &self.preview.ambiguities {
+        let problem = self.preview.problem().map(ToString::to_string);
+        let is_said = |line: &String| problem.as_ref().is_some_and(|text| text.contains(line));
+        for line in self
+            .preview
+            .ambiguities
+            .iter()
+            .filter(|line| !is_said(line))
+        {
             ui.colored_label(color, line);
         }
         let is_shown = |text: &String| self.preview.ambiguities.contains(text);

@@ -70,7 +70,7 @@ pub enum Answer {
     /// Save to a file.
     Save(Purpose, PathBuf),
     /// Import a recording with these settings.
-    Import(PathBuf, ImportSettings),
+    Import(PathBuf, Box<ImportSettings>),
     /// Preview another recording of a file with several.
     Trial(PathBuf, usize),
     /// Take a device that was described.

@@ -137,7 +137,7 @@ fn the_zero_of_time_and_the_use_of_its_digits_are_chosen_explained_and_kept() {
     // They are among the settings that are stored, and the dialog shows them again.
     let stored = toml::to_string(settings).unwrap();
     let known = toml::from_str(&stored).unwrap();
-    assert_eq!(&known, settings);
+    assert_eq!(&known, &**settings);
     let again = harness(|dialogs| dialogs.ask_import(path.clone(), guessed, Some(known)));
     let zero = field(&again, Role::ComboBox, "zero of time");
     let shown = zero.accesskit_node().value();

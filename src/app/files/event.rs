@@ -19,13 +19,16 @@ pub enum FileEvent {
     /// A recording was read, with these settings.
     Recording {
         path: PathBuf,
-        settings: ImportSettings,
+        settings: Box<ImportSettings>,
         recording: Arc<Recording>,
         /// Its entry in the session, if it belongs to one.
-        entry: Option<RecordingEntry>,
+        entry: Option<Box<RecordingEntry>>,
     },
     /// A recording whose columns the person must choose.
-    Ask { path: PathBuf, preview: Preview },
+    Ask {
+        path: PathBuf,
+        preview: Box<Preview>,
+    },
     /// A preset was read.
     Preset { preset: Box<Preset> },
     /// A session was read; its recordings are read next.

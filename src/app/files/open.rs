@@ -145,7 +145,10 @@ impl Files {
         let path = absolute(&path);
         self.spawn(path.clone(), move |_| {
             Some(match preview(&path) {
-                Ok(preview) => FileEvent::Ask { path, preview },
+                Ok(preview) => FileEvent::Ask {
+                    path,
+                    preview: Box::new(preview),
+                },
                 Err(error) => failed(&error),
             })
         });

@@ -97,7 +97,7 @@ fn an_ambiguous_recording_asks_and_its_settings_are_stored() {
     recent::remember(&path, Some(&settings));
     let found = events(|files| files.open(path.clone()));
     assert!(
-        matches!(&found[..], [FileEvent::Recording { settings: s, .. }] if *s == settings),
+        matches!(&found[..], [FileEvent::Recording { settings: s, .. }] if **s == settings),
         "{found:?}"
     );
     // Saved again with fewer columns, it asks again and gives the reason.

@@ -40,12 +40,18 @@ pub(super) fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
                     preview.ambiguities.push(format!(
                         "The settings used last time no longer work: {message}"
                     ));
-                    Some(FileEvent::Ask { path, preview })
+                    Some(FileEvent::Ask {
+                        path,
+                        preview: Box::new(preview),
+                    })
                 }
                 event => event,
             }
         }
-        None if preview.needs_dialog() => Some(FileEvent::Ask { path, preview }),
+        None if preview.needs_dialog() => Some(FileEvent::Ask {
+            path,
+            preview: Box::new(preview),
+        }),
         // What the header leaves open was guessed without asking, so it is reported.
         None => import_with(path, preview.settings, preview.warnings, None, context),
     }
@@ -110,9 +116,9 @@ pub(super) fn import_with(
                 }
                 FileEvent::Recording {
                     path,
-                    settings,
+                    settings: Box::new(settings),
                     recording: Arc::new(recording),
-                    entry,
+                    entry: entry.map(Box::new),
                 }
             }
         }
@@ -134,7 +140,10 @@ pub(super) fn ask_trial(path: PathBuf, trial: usize) -> FileEvent {
         ..ReadingChoices::default()
     };
     match preview_chosen(&path, &choices) {
-        Ok(preview) => FileEvent::Ask { path, preview },
+        Ok(preview) => FileEvent::Ask {
+            path,
+            preview: Box::new(preview),
+        },
         Err(error) => failed(&error),
     }
 }

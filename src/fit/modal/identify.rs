@@ -193,7 +193,12 @@ fn readings(data: &Data) -> Vec<[Option<Vec<f64>>; 2]> {
 }
 
 fn first_spectra(data: &Data, readings: &[[Option<Vec<f64>>; 2]]) -> [Option<Spectra>; 2] {
-    let longest = data.stretches.iter().map(Stretch::len).max().unwrap_or(0);
+    let longest = data
+        .stretches
+        .iter()
+        .map(Stretch::samples)
+        .max()
+        .unwrap_or(0);
     let resolution = 1.0 / (FIRST_BLOCK_SHARE * longest.max(1) as f64 * data.interval);
     spectra(data, readings, block_length(data, resolution), false)
 }
@@ -351,8 +356,10 @@ impl Work<'_> {
         let mut order: Vec<usize> = (0..found.poles.len()).collect();
         order.sort_by(|&a, &b| found.poles[a].omega.total_cmp(&found.poles[b].omega));
         let poles: Vec<Pole> = order.iter().map(|&i| found.poles[i]).collect();
-        let pick = |all: &Vec<f64>| order.iter().filter_map(|&i| all.get(i).copied()).collect();
-        self.film_shares = pick(&self.film_shares);
+        let shares = order
+            .iter()
+            .filter_map(|&i| self.film_shares.get(i).copied());
+        self.film_shares = shares.collect();
         let setup = Setup {
             poles: &poles,
             film_shares: &self.film_shares,
@@ -480,7 +487,7 @@ impl Work<'_> {
         let misfit = [0, 1].map(|c: usize| (found.linear.rows[c] > 0).then_some(sigma[c]));
         let noise = noise_of(sweeps);
         remarks.extend(self.remarks(&modes, noise, misfit));
-        let used: usize = self.data.stretches.iter().map(Stretch::len).sum();
+        let used: usize = self.data.stretches.iter().map(Stretch::samples).sum();
         let skew_at = 2 * found.poles.len();
         let mut fit = ModalFit {
             recordings: sweeps.iter().map(|r| r.name.clone()).collect(),
@@ -609,7 +616,7 @@ impl Work<'_> {
 fn mean_offset(found: &Solution, stretches: usize) -> f64 {
     let own = found.linear.locals.iter().take(stretches);
     let offsets: Vec<f64> = own
-        .filter_map(|l| l[0].as_ref().and_then(|v| v.iter().last().copied()))
+        .filter_map(|l| l[0].as_ref().and_then(|v| v.iter().next_back().copied()))
         .collect();
     offsets.iter().sum::<f64>() / offsets.len().max(1) as f64
 }

@@ -174,7 +174,7 @@ impl ModalFit {
         let all_found = found_inside.filter(|f| inside(*f)).count() >= own_inside;
         own.into_iter()
             .enumerate()
-            .filter(|(i, m)| !found.contains(i) && !(all_found && inside(m.frequency)))
+            .filter(|(i, m)| !(found.contains(i) || all_found && inside(m.frequency)))
             .map(|(_, m)| m)
             .collect()
     }

@@ -102,7 +102,7 @@ impl Pendulum {
             Some(inertia) => positive("inertia", inertia, "kg m^2")?,
             None => mass * arm * arm,
         };
-        if !(self.start.abs() <= PI) {
+        if self.start.is_nan() || self.start.abs() > PI {
             let reason = format!("must lie between -pi and pi rad, not {} rad", self.start);
             return Err(DesignError::value("angle", reason));
         }

@@ -172,10 +172,9 @@ impl Setting {
         if let Some((eta, _)) = drive {
             parameters.set(P::Eta, eta);
         }
-        match &self.ground {
-            Some(ground) => notes.extend(set_ground(&mut parameters, ground)?),
-            // Rows that the device does not use keep the table's value and are not written.
-            None => {}
+        // Rows that the device does not use keep the table's value and are not written.
+        if let Some(ground) = &self.ground {
+            notes.extend(set_ground(&mut parameters, ground)?);
         }
         for (id, value) in start {
             parameters.set(id, value);

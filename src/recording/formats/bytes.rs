@@ -204,15 +204,6 @@ impl<'a> Cursor<'a> {
         self.take(N)?.first_chunk::<N>().copied()
     }
 
-    /// The next unsigned number of two bytes.
-    pub fn u16(&mut self) -> Option<u16> {
-        let bytes = self.array()?;
-        Some(match self.order {
-            ByteOrder::Little => u16::from_le_bytes(bytes),
-            ByteOrder::Big => u16::from_be_bytes(bytes),
-        })
-    }
-
     /// The next unsigned number of four bytes.
     pub fn u32(&mut self) -> Option<u32> {
         let bytes = self.array()?;
@@ -296,8 +287,8 @@ mod tests {
     #[test]
     fn a_cursor_stops_at_the_end() {
         let mut cursor = Cursor::new(&[1, 2, 3], ByteOrder::Little);
-        assert_eq!(cursor.u16(), Some(513));
-        assert_eq!(cursor.u16(), None);
+        assert_eq!(cursor.take(2), Some(&[1u8, 2][..]));
+        assert_eq!(cursor.take(2), None);
         assert_eq!(cursor.take(usize::MAX), None);
         assert_eq!(cursor.take(1), Some(&[3u8][..]));
     }

@@ -92,7 +92,12 @@ impl Spectra {
 /// Length of blocks for a resolution \[Hz\]: a power of two that the longest stretch holds.
 #[must_use]
 pub fn block_length(data: &Data, resolution: f64) -> usize {
-    let longest = data.stretches.iter().map(Stretch::len).max().unwrap_or(0);
+    let longest = data
+        .stretches
+        .iter()
+        .map(Stretch::samples)
+        .max()
+        .unwrap_or(0);
     let wanted = 1.0 / (resolution * data.interval);
     let most = longest.min(BLOCK_LIMITS.1);
     let mut length = BLOCK_LIMITS.0;
@@ -129,11 +134,11 @@ pub fn spectra(
     let coarse = planner.plan_fft_forward(length);
     for (stretch, own) in data.stretches.iter().zip(readings) {
         // Blocks need one clock: that of a stretch with uneven times is its mean.
-        if stretch.len() < length {
+        if stretch.samples() < length {
             continue;
         }
         let mut from = 0;
-        while from + length <= stretch.len() {
+        while from + length <= stretch.samples() {
             let mut fine_values = fine_input(data, stretch, from, length, use_recorded_voltage);
             window(&mut fine_values);
             let mut spectrum = fine.make_output_vec();

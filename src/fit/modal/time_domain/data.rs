@@ -59,7 +59,7 @@ impl Intervals {
 impl Stretch {
     /// Number of samples.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub fn samples(&self) -> usize {
         self.input.len()
     }
 }
@@ -164,8 +164,8 @@ impl Data {
         let interval = self.interval;
         let mut dropped = 0;
         self.stretches.retain(|s| {
-            let keep = s.len() as f64 * interval >= least;
-            dropped += if keep { 0 } else { s.len() };
+            let keep = s.samples() as f64 * interval >= least;
+            dropped += if keep { 0 } else { s.samples() };
             keep
         });
         self.left_out += dropped;

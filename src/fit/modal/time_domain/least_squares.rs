@@ -109,8 +109,8 @@ fn normal(
     let mut oscillators = setup.oscillators(stretch);
     let mut columns = vec![Columns::default(); modes];
     let mut from = 0;
-    while from < stretch.len() {
-        let to = (from + BLOCK_ROWS).min(stretch.len());
+    while from < stretch.samples() {
+        let to = (from + BLOCK_ROWS).min(stretch.samples());
         for (oscillator, own) in oscillators.iter_mut().zip(&mut columns) {
             oscillator.fill(stretch, from, to, around.is_some(), own);
         }
@@ -251,12 +251,17 @@ fn eliminate(normal: &Normal, locals: usize) -> Option<Eliminated> {
     Some(Eliminated { reduced, follow })
 }
 
+/// The readings of a stretch, locals eliminated, each with its number of rows.
+type StretchNormal = [Option<(Eliminated, usize)>; 2];
+/// Matrix and right-hand side, and where each reading's shared unknowns begin.
+type MovedNormal = (DMatrix<f64>, DVector<f64>, [Option<usize>; 2]);
+
 /// All readings of all stretches, locals eliminated.
 fn all_normal(
     setup: &Setup<'_>,
     data: &Data,
     around: Option<&Linear>,
-) -> Option<Vec<[Option<(Eliminated, usize)>; 2]>> {
+) -> Option<Vec<StretchNormal>> {
     let locals = setup.locals();
     data.stretches
         .par_iter()
@@ -320,7 +325,7 @@ fn moved_normal(
     linear: &Linear,
     sigma: [f64; 2],
     free_skew: bool,
-) -> Option<(DMatrix<f64>, DVector<f64>, [Option<usize>; 2])> {
+) -> Option<MovedNormal> {
     let all = all_normal(setup, data, Some(linear))?;
     let modes = setup.poles.len();
     let (given, shared) = (2 * modes + 1, setup.shared());
@@ -518,8 +523,8 @@ fn residual(
     let mut oscillators = setup.oscillators(stretch);
     let mut columns = vec![Columns::default(); setup.poles.len()];
     let mut from = 0;
-    while from < stretch.len() {
-        let to = (from + BLOCK_ROWS).min(stretch.len());
+    while from < stretch.samples() {
+        let to = (from + BLOCK_ROWS).min(stretch.samples());
         for (oscillator, own) in oscillators.iter_mut().zip(&mut columns) {
             oscillator.fill(stretch, from, to, false, own);
         }

@@ -31,8 +31,6 @@ pub(super) enum Topic {
     Trial,
     /// The decimal mark.
     Decimal,
-    /// Something that no option decides.
-    File,
 }
 
 /// Something that the file leaves open.

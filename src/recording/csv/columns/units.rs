@@ -1,6 +1,7 @@
 //! Units of columns, as people write them.
 
 use crate::model::unit::unit_factor;
+use crate::recording::csv::settings::ColumnChoice;
 
 /// What a unit is one of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -273,6 +274,15 @@ fn split_bracket(cell: &str) -> Option<(&str, &str)> {
             let at = rest.rfind(open)?;
             Some((rest[..at].trim(), rest[at + 1..].trim()))
         })
+}
+
+impl ColumnChoice {
+    /// Whether the column of a motion is in the unit of something else, such as the volts of a meter: it
+    /// then needs a [`ColumnChoice::scale`].
+    #[must_use]
+    pub fn is_in_foreign_unit(&self) -> bool {
+        unit_shift(&self.unit, self.kind.base_unit()).is_none()
+    }
 }
 
 #[cfg(test)]

@@ -221,10 +221,4 @@ impl Layout {
             ExactTime::from_seconds(exact.seconds() * factor)
         }
     }
-
-    /// Index of the last column needed.
-    pub(in crate::recording::csv) fn last_column(&self) -> usize {
-        let last = self.columns.last().map_or(0, |(index, _)| *index);
-        last.max(self.date.unwrap_or(0))
-    }
 }

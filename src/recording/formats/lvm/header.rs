@@ -120,8 +120,6 @@ pub(super) struct SegmentHeader {
     pub columns: Vec<ColumnHeader>,
     /// Date and time of its first sample, in seconds from an arbitrary day.
     pub instant: Option<f64>,
-    /// Line of the names.
-    pub line: usize,
     /// For the user.
     pub notes: Vec<String>,
 }
@@ -214,7 +212,6 @@ impl SegmentHeader {
         Ok(Some(Self {
             columns,
             instant: instant(&at(&keys.dates), &at(&keys.times)),
-            line: lines.number(),
             notes,
         }))
     }

@@ -36,8 +36,6 @@ pub(super) struct Header {
     ids: Vec<String>,
     function_type: i64,
     response: String,
-    /// Line of record 7.
-    pub line: usize,
     pub count: usize,
     pub is_double: bool,
     pub is_complex: bool,
@@ -145,7 +143,6 @@ impl Header {
             ids: (1..=5).map(|n| record(n).trim().to_owned()).collect(),
             function_type: dof.first().and_then(|f| f.parse().ok()).unwrap_or(0),
             response: response(&dof),
-            line,
             count: *count as usize,
             is_double,
             is_complex,
