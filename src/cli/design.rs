@@ -6,8 +6,8 @@ use anyhow::{Context, anyhow};
 use clap::Args;
 use serde_json::json;
 
-use super::reading::ReadingArguments;
-use super::{Failure, interrupt, output, read, terminal, wrong_command};
+use super::recordings::ReadingArguments;
+use super::{Failure, interrupt, output, recordings, terminal, wrong_command};
 use crate::fit::Control;
 use crate::fit::modal::{ModalOptions, identify};
 use crate::model::design::{DesignKind, Designed, MATERIALS, describe};
@@ -145,7 +145,7 @@ fn described(args: &Arguments) -> Result<Designed, Failure> {
 /// A device with the modes of a sweep.
 fn identified(args: &Arguments) -> Result<(Preset, Vec<String>, serde_json::Value), Failure> {
     let mut preset = Preset::load(&args.preset)?;
-    let recordings = read::read(&args.sweep, &args.reading)?;
+    let recordings = recordings::read(&args.sweep, &args.reading)?;
     let control = Control {
         cancel: interrupt::flag(),
         progress: &|_| {},

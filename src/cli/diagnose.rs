@@ -6,9 +6,9 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 
 use super::fit::choices::{Choices, candidates};
-use super::reading::ReadingArguments;
+use super::recordings::ReadingArguments;
 use super::watch::{watched, watched_force_balance};
-use super::{Failure, interrupt, output, read};
+use super::{Failure, interrupt, output, recordings};
 use crate::diagnose::{DiagnoseOptions, report};
 use crate::model::preset::Preset;
 
@@ -72,7 +72,8 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
     let inputs = [&args.recordings[..], &args.held_out].concat();
     let mut results = output::ready(&outputs, &inputs)?;
     let split = args.held_out.is_empty();
-    let (train, held_out) = read::both_sides(&args.recordings, &args.held_out, &args.reading)?;
+    let (train, held_out) =
+        recordings::both_sides(&args.recordings, &args.held_out, &args.reading)?;
     let rows = train.iter().chain(&held_out).map(|part| part.samples.len());
     options.budget = budget.or(Some(usual_budget(rows.sum())));
     if args.only == Some(Stage::ForceBalance) {

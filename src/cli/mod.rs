@@ -7,11 +7,9 @@ mod design;
 mod device;
 mod diagnose;
 mod fit;
-mod inspect;
 mod interrupt;
 mod output;
-mod read;
-mod reading;
+mod recordings;
 mod simulate;
 mod sweep;
 mod terminal;
@@ -74,7 +72,7 @@ enum Command {
     /// Measure the steady response over axes of drive and device, as CSV; in shards, too
     Sweep(sweep::Arguments),
     /// Say what recordings hold: channels, units, rate, noise, the drive, contacts, and what is odd
-    Inspect(inspect::Arguments),
+    Inspect(recordings::inspect::Arguments),
     /// Make a preset for a device of one's own: from geometry, a table of modes, or a swept sine
     Device(design::Arguments),
     /// Diagnose recordings that come with the program, and write a report
@@ -97,7 +95,7 @@ pub fn main() -> ExitCode {
         Some(Command::Trial(arguments)) => trial::run(&arguments),
         Some(Command::Sweep(arguments)) => sweep::run(&arguments),
         Some(Command::Device(arguments)) => design::run(&arguments),
-        Some(Command::Inspect(arguments)) => inspect::run(&arguments),
+        Some(Command::Inspect(arguments)) => recordings::inspect::run(&arguments),
         Some(Command::Demo(arguments)) => demo::run(&arguments),
         #[cfg(not(feature = "gui"))]
         None => Err(no_window()),

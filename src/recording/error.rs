@@ -97,7 +97,7 @@ pub enum ImportError {
         names: usize,
     },
     #[error(
-        "{file}, line {line}: no time column among {found}; name one \"t [s]\" (or ms, us), or choose it in the import window"
+        "{file}, line {line}: no time column among {found}; name one \"t [s]\" (or ms, us), choose one with --column t=NAME or in the import window, or give --dt or --rate"
     )]
     NoTimeColumn {
         file: FileText,
@@ -105,7 +105,7 @@ pub enum ImportError {
         found: FileText,
     },
     #[error(
-        "{file}, line {line}: no position column among {found}; name one \"xp [um]\" (or m, mm, nm), or choose it in the import window"
+        "{file}, line {line}: no position column among {found}; name one \"xp [um]\" (or m, mm, nm), or choose one with --column xp=NAME or in the import window"
     )]
     NoPositionColumn {
         file: FileText,

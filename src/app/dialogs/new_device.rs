@@ -55,7 +55,7 @@ const FREE_FIELDS: [FieldSpec; 4] = [
     ("m", "mass", "57g"),
     ("x0", "start height", "2m"),
     ("v0", "start speed", "0m/s"),
-    ("g", "gravity", "9.81m/s^2"),
+    ("g", "acceleration of gravity", "9.81m/s^2"),
 ];
 
 /// Kinds of devices.

@@ -16,8 +16,8 @@ use self::choices::Choices;
 use self::profile::Profile;
 use super::device::{add_effect, set_parameter};
 use super::output::Results;
-use super::reading::ReadingArguments;
-use super::{Failure, interrupt, output, read, terminal, wrong_command};
+use super::recordings::ReadingArguments;
+use super::{Failure, interrupt, output, recordings, terminal, wrong_command};
 use crate::fit::{Control, FitError, FitOptions, Progress, fit as run_fit};
 use crate::model::preset::Preset;
 use crate::model::unit::format_number;
@@ -92,7 +92,7 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         progress: &progress,
     };
     if let Some(step) = &args.step {
-        let recordings = read::read(&args.recordings, &args.reading)?;
+        let recordings = recordings::read(&args.recordings, &args.reading)?;
         let inputs = steps::StepInputs {
             model: &preset.model,
             recordings: &recordings,
@@ -105,7 +105,8 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         add_device(&mut results, preset, args.out.as_deref());
         return end(results);
     }
-    let (train, held_out) = read::both_sides(&args.recordings, &args.held_out, &args.reading)?;
+    let (train, held_out) =
+        recordings::both_sides(&args.recordings, &args.held_out, &args.reading)?;
     let fitted = run_fit(&preset.model, &train, &held_out, &options, &control());
     terminal::end_of_progress();
     let fitted = fitted.map_err(for_the_command_line)?;
@@ -268,7 +269,9 @@ mod tests {
         let (preset, asked) = device_and_options(&args).ok().unwrap();
         assert_eq!(preset.model, setup.preset.model);
         assert_eq!(asked, options);
-        let (own_train, own_held_out) = read::both_sides(&files, &[], &args.reading).ok().unwrap();
+        let (own_train, own_held_out) = recordings::both_sides(&files, &[], &args.reading)
+            .ok()
+            .unwrap();
         for (own, windows) in [(own_train, train), (own_held_out, held_out)] {
             assert_eq!(own.len(), windows.len());
             for (a, b) in own.iter().zip(&windows) {

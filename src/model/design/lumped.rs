@@ -2,11 +2,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::beam_device::format_mass;
+use super::beam::device::format_mass;
 use super::error::{DesignError, not_negative, positive};
 use super::ranges::round_number;
 use super::setting::{Designed, Parts, Setting};
-use crate::model::effects::{ActiveEffect, find};
+use crate::model::effects::{ActiveEffect, cubic_stiffness, gravity};
 use crate::model::ground::{BounceRule, StickSpeed};
 use crate::model::parameter::ParameterId;
 use crate::model::preset::known_value::KnownValue;
@@ -146,13 +146,11 @@ impl Pendulum {
             start: vec![(ParameterId::X0, self.start)],
             notes,
         })?;
-        if let Some(spec) = find("cubic_stiffness") {
-            let mut sine = ActiveEffect::new(spec);
-            sine.set("k3", -stiffness / 6.0);
-            sine.set("k5", 0.0);
-            sine.set("l", 1.0);
-            made.preset.model.effects.push(sine);
-        }
+        let mut sine = ActiveEffect::new(&cubic_stiffness::EFFECT);
+        sine.set("k3", -stiffness / 6.0);
+        sine.set("k5", 0.0);
+        sine.set("l", 1.0);
+        made.preset.model.effects.push(sine);
         made.preset.model.check()?;
         Ok(made)
     }
@@ -206,8 +204,8 @@ impl FreeMass {
             ],
             notes: Vec::new(),
         })?;
-        if let Some(spec) = find("gravity").filter(|_| gravity > 0.0) {
-            let mut weight = ActiveEffect::new(spec);
+        if gravity > 0.0 {
+            let mut weight = ActiveEffect::new(&gravity::EFFECT);
             weight.set("g", gravity);
             made.preset.model.effects.push(weight);
             if self.gravity.is_none() {

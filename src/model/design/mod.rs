@@ -9,8 +9,6 @@
 //! `L=750um,W=100um,layers=Si:5um+PZT:1um,mass_size=150x100x10um,ground=58um`.
 
 mod beam;
-mod beam_device;
-mod beam_modes;
 mod error;
 mod film;
 mod lumped;
@@ -22,9 +20,7 @@ mod setting;
 mod tests;
 mod text;
 
-pub use self::beam::{BeamDesign, EndMass, Layer, Section};
-pub use self::beam_device::beam_device;
-pub use self::beam_modes::{BeamMode, beam_modes};
+pub use self::beam::{BeamDesign, BeamMode, EndMass, Layer, Section, beam_device, beam_modes};
 pub use self::error::DesignError;
 pub use self::film::plate_film_coefficient;
 pub use self::lumped::{FreeMass, MassOnSpring, Pendulum};

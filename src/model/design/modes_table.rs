@@ -339,7 +339,7 @@ pub fn modes_device(
             let moved = 1.0 / mobility;
             notes.push(format!(
                 "No proof mass was given: {} is taken, the mass that an impulse on it moves.",
-                super::beam_device::format_mass(moved)
+                super::beam::device::format_mass(moved)
             ));
             moved
         }

@@ -1,7 +1,6 @@
 //! Devices as texts of the command line: `key=value,key=value,...`.
 
-use super::beam::{BeamDesign, EndMass, Layer, Section};
-use super::beam_device::beam_device;
+use super::beam::{BeamDesign, EndMass, Layer, Section, beam_device};
 use super::error::{DesignError, positive};
 use super::lumped::{FreeMass, MassOnSpring, Pendulum};
 use super::materials::Material;

@@ -11,8 +11,10 @@
 mod choices;
 mod columns;
 mod finish;
+pub mod integrate;
 mod line;
 mod number;
+mod open_preview;
 mod preview;
 mod read;
 mod rows;
@@ -23,12 +25,12 @@ pub(crate) mod sniff;
 #[cfg(test)]
 mod tests;
 mod text;
-mod truncated_line;
 pub(crate) mod write;
 
 pub use self::choices::ReadingChoices;
 pub(super) use self::columns::several;
-pub use self::preview::{Preview, Trial, preview, preview_bytes, trials};
+pub use self::open_preview::{preview, preview_bytes, trials};
+pub use self::preview::{Preview, Trial};
 pub(super) use self::read::hex;
 pub use self::settings::{
     ColumnChoice, Decimal, Delimiter, Encoding, ImportSettings, Quantity, SampleClock, TimeZero,
@@ -42,7 +44,7 @@ use std::path::Path;
 
 use self::columns::Topic;
 use self::columns::names::Role;
-use self::preview::preview_head;
+use self::open_preview::preview_head;
 use self::read::read;
 use super::Recording;
 use super::error::ImportError;

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::error::{FileContext, FormatError};
 use super::matrix::MatrixContent;
 use crate::recording::error::visible;
-use crate::recording::raw_table::{RawColumn, RawTable, SampleClock};
+use crate::recording::formats::raw_table::{RawColumn, RawTable, SampleClock};
 
 /// A channel joins the table of longer ones with the same clock if it has at least this share of
 /// their samples: a recording that was stopped lacks a block, another measurement far more.

@@ -1,7 +1,7 @@
 //! What a format is: how it is recognised, and what reading it gives.
 
 use super::error::FormatError;
-use crate::recording::raw_table::RawTable;
+use crate::recording::formats::raw_table::RawTable;
 
 /// A file format. One file of this folder implements each; [`super::FORMATS`] lists them.
 pub trait Format: Sync {

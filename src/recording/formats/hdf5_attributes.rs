@@ -2,7 +2,7 @@
 
 use hdf5_reader::Attribute;
 
-use crate::recording::raw_table::SampleClock;
+use crate::recording::formats::raw_table::SampleClock;
 
 /// Names of a unit, lower case.
 const UNIT_NAMES: [&str; 4] = ["unit", "units", "unit_string", "y_unit"];

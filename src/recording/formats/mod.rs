@@ -1,7 +1,7 @@
 //! Binary and structured formats, one file (or folder) each. Text tables are [`super::csv`]'s.
 //!
 //! A format is added by its file and one line in [`FORMATS`]. Reading gives tables of columns as the
-//! file has them ([`crate::recording::raw_table`]); which column is what is decided elsewhere.
+//! file has them ([`crate::recording::formats::raw_table`]); which column is what is decided elsewhere.
 
 mod archive;
 mod arrays;
@@ -19,6 +19,7 @@ mod matrix;
 mod npy;
 mod npy_header;
 mod npz;
+pub mod raw_table;
 mod refused;
 mod sheet_header;
 mod sheet_number;

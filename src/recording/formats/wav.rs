@@ -7,7 +7,7 @@ use hound::{SampleFormat, WavReader};
 use super::arrays::{finish, stem};
 use super::error::{FileContext, FormatError};
 use super::format::{Format, FormatContent};
-use crate::recording::raw_table::{RawColumn, RawTable, SampleClock};
+use crate::recording::formats::raw_table::{RawColumn, RawTable, SampleClock};
 
 /// Reads `.wav` files.
 #[derive(Debug)]

@@ -15,7 +15,7 @@ use super::error::{FileContext, FormatError};
 use super::format::{Format, FormatContent};
 use super::sheet_header::{SheetText, header};
 use super::sheet_number::Marks;
-use crate::recording::raw_table::{RawColumn, RawTable};
+use crate::recording::formats::raw_table::{RawColumn, RawTable};
 
 /// Reads `.xlsx` files.
 #[derive(Debug)]

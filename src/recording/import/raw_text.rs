@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::recording::raw_table::RawTable;
+use crate::recording::formats::raw_table::RawTable;
 
 /// Rows written by one thread at a time.
 const BLOCK_ROWS: usize = 4096;
@@ -82,7 +82,7 @@ fn heading(name: &str, unit: Option<&str>) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::raw_text::*;
-    use crate::recording::raw_table::{RawColumn, SampleClock};
+    use crate::recording::formats::raw_table::{RawColumn, SampleClock};
 
     #[test]
     fn numbers_come_back_bit_for_bit() {

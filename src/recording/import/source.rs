@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use super::raw_text::text_of;
 use crate::recording::error::{ImportError, ImportWarning, WarningKind};
+use crate::recording::formats::raw_table::RawTable;
 use crate::recording::formats::{self, FormatContent, HEAD_BYTES};
-use crate::recording::raw_table::RawTable;
 
 /// Archives within archives that are opened.
 const MAX_DEPTH: usize = 4;
@@ -43,7 +43,7 @@ impl Part {
                 let cut = |values: &Vec<f64>| values.iter().take(rows).copied().collect();
                 let columns = table.columns.iter().map(|column| {
                     let values = cut(&column.values);
-                    crate::recording::raw_table::RawColumn {
+                    crate::recording::formats::raw_table::RawColumn {
                         values,
                         name: column.name.clone(),
                         unit: column.unit.clone(),

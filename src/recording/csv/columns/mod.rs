@@ -2,6 +2,7 @@
 
 pub(super) mod header_clock;
 pub(super) mod header_line;
+mod mapping;
 mod motion;
 pub(super) mod names;
 pub(super) mod sample;
@@ -9,81 +10,13 @@ mod search;
 pub(super) mod trials;
 pub(super) mod units;
 
+pub use self::mapping::several;
+pub(super) use self::mapping::{Mapping, Question, TableFacts, Topic, found_names};
 use self::names::{Column, Role};
-use self::sample::ColumnSample;
 use self::search::ColumnSearch;
 use self::trials::TrialColumns;
-use super::settings::{ImportSettings, SampleClock};
-use crate::recording::error::{ImportError, ImportWarning, WarningKind};
-
-/// What a question is about, so that an answer is known for it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Topic {
-    /// The column of a role.
-    Column(Role),
-    /// Its unit.
-    Unit(Role),
-    /// What a unit of another quantity stands for.
-    Scale(Role),
-    /// The sampling rate.
-    Clock,
-    /// Which recording of several.
-    Trial,
-    /// The decimal mark.
-    Decimal,
-}
-
-/// Something that the file leaves open.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Question {
-    pub topic: Topic,
-    pub error: ImportError,
-}
-
-/// What was made of a header.
-#[derive(Debug, Default)]
-pub(super) struct Mapping {
-    pub warnings: Vec<ImportWarning>,
-    /// What a person should confirm.
-    pub ambiguities: Vec<String>,
-    /// What must be decided before the file is read.
-    pub questions: Vec<Question>,
-    /// Recordings side by side; none if there is one.
-    pub trials: Vec<TrialColumns>,
-}
-
-impl Mapping {
-    fn warn(&mut self, kind: WarningKind, line: Option<usize>, message: String) {
-        self.warnings
-            .push(ImportWarning::new(kind, 1, line, &message));
-    }
-
-    /// A guess that a person should confirm and that is said otherwise.
-    fn guess(&mut self, kind: WarningKind, line: usize, message: String) {
-        self.ambiguities.push(message.clone());
-        self.warn(kind, Some(line), message);
-    }
-
-    /// Something that must be decided.
-    fn ask(&mut self, topic: Topic, error: ImportError, short: String) {
-        self.ambiguities.push(short);
-        self.questions.push(Question { topic, error });
-    }
-}
-
-/// What is known of a table besides its names.
-pub(super) struct TableFacts<'a> {
-    pub file: &'a str,
-    /// Line of the header, or of the first row.
-    pub line: usize,
-    pub samples: &'a [ColumnSample],
-    /// Sampling clock that the lines above name.
-    pub clock: Option<SampleClock>,
-    /// Units of the header's second row that are unknown, with their columns.
-    pub unknown_units: &'a [(usize, String)],
-    /// Whether lengths and times without a unit are SI: the program that wrote the file says no units.
-    pub is_si: bool,
-}
+use super::settings::ImportSettings;
+use crate::recording::error::{ImportError, WarningKind};
 
 /// Finds the columns in the header `cells` and writes them into `settings`.
 pub(super) fn map_header(
@@ -133,44 +66,6 @@ pub(super) fn map_header(
     );
     mapping.ask(Topic::Trial, error, short);
     mapping
-}
-
-/// Names shown in a message.
-const MAX_SHOWN_NAMES: usize = 12;
-
-/// The error for a file with several recordings.
-pub fn several(file: &str, names: &[&str]) -> ImportError {
-    let mut shown: Vec<String> = names
-        .iter()
-        .take(MAX_SHOWN_NAMES)
-        .enumerate()
-        .map(|(i, name)| format!("{}: {}", i + 1, shortened(name)))
-        .collect();
-    if names.len() > shown.len() {
-        shown.push("...".to_owned());
-    }
-    ImportError::SeveralRecordings {
-        file: file.into(),
-        count: names.len(),
-        names: shown.join(", ").into(),
-    }
-}
-
-fn shortened(name: &str) -> String {
-    name.trim().chars().take(40).collect()
-}
-
-/// The header as a sentence shows it, cut if it is long.
-pub(super) fn found_names(cells: &[String]) -> String {
-    let mut names: Vec<String> = cells
-        .iter()
-        .take(MAX_SHOWN_NAMES)
-        .map(|cell| format!("\"{}\"", shortened(cell)))
-        .collect();
-    if cells.len() > names.len() {
-        names.push("...".to_owned());
-    }
-    names.join(", ")
 }
 
 /// Columns of a file without a header, by their number: t, x; t, V, xp; t, V, xp, xc. A file does not
@@ -230,13 +125,4 @@ pub(super) fn map_by_count(
     });
     mapping.warn(WarningKind::NoHeader, Some(line), short);
     mapping
-}
-
-impl sample::Suggestion {
-    /// The unit.
-    pub(super) fn unit(self) -> &'static str {
-        match self {
-            sample::Suggestion::Clear(unit) | sample::Suggestion::Guess(unit) => unit,
-        }
-    }
 }

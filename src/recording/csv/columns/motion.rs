@@ -1,9 +1,9 @@
 //! The search for a motion or a voltage where no column has its name: by units, rates, channels.
 
+use super::mapping::{Topic, found_names};
 use super::names::{Column, Role};
 use super::search::ColumnSearch;
 use super::units::{UnitKind, example_scale};
-use super::{Topic, found_names};
 use crate::recording::csv::settings::{ColumnChoice, ImportSettings, Quantity};
 use crate::recording::error::{ImportError, WarningKind};
 

@@ -170,3 +170,12 @@ impl ColumnSample {
         }
     }
 }
+
+impl Suggestion {
+    /// The unit.
+    pub(in crate::recording::csv) fn unit(self) -> &'static str {
+        match self {
+            Suggestion::Clear(unit) | Suggestion::Guess(unit) => unit,
+        }
+    }
+}

@@ -1,9 +1,9 @@
 //! The search for the columns of a recording among those of a header.
 
+use super::mapping::{Mapping, TableFacts, Topic, found_names};
 use super::names::{Column, Role};
 use super::sample::Suggestion;
 use super::units::UnitKind;
-use super::{Mapping, TableFacts, Topic, found_names};
 use crate::recording::csv::settings::{ColumnChoice, ImportSettings};
 use crate::recording::error::{ImportError, WarningKind};
 

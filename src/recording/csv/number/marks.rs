@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use super::PlainCell;
+use super::plain_cell::PlainCell;
 use crate::recording::csv::settings::Decimal;
 
 /// Cells of one form below which a column may have it by chance.

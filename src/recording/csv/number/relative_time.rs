@@ -1,7 +1,8 @@
 //! Times as digits, counted from the first row before anything is rounded.
 
 use super::marks::Marks;
-use super::{Mantissa, PlainCell, digit, sign, written_exponent};
+use super::plain_cell::PlainCell;
+use super::{Mantissa, digit, sign, written_exponent};
 use crate::recording::times::correct_rounding::rounded;
 use crate::recording::times::exact_time::ExactTime;
 

@@ -2,6 +2,7 @@
 
 pub(in crate::recording::csv) mod layout;
 pub(in crate::recording::csv) mod order;
+pub(super) mod truncated_line;
 mod widths;
 
 use std::ops::Range;

@@ -1,7 +1,7 @@
 //! Channels of a segment that share their times, and segments that go on.
 
 use super::header::{Role, SegmentHeader};
-use crate::recording::raw_table::{RawColumn, RawTable, SampleClock};
+use crate::recording::formats::raw_table::{RawColumn, RawTable, SampleClock};
 
 /// How far from the next sample a segment may begin to go on \[samples\].
 const MAX_GAP_SAMPLES: f64 = 0.5;

@@ -14,7 +14,7 @@ use self::segment::read_segments;
 use super::arrays::{Arrays, NamedArray, stem};
 use super::error::{FileContext, FormatError};
 use super::format::{Format, FormatContent};
-use crate::recording::raw_table::SampleClock;
+use crate::recording::formats::raw_table::SampleClock;
 
 /// Reads `.tdms` files.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use crate::recording::formats::arrays::{Arrays, NamedArray};
 use crate::recording::formats::error::FileContext;
-use crate::recording::raw_table::SampleClock;
+use crate::recording::formats::raw_table::SampleClock;
 
 const CONTEXT: FileContext = FileContext {
     file: "a.x",

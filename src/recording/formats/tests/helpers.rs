@@ -1,7 +1,7 @@
 //! The recording that all test files hold, and how a file is read.
 
+use crate::recording::formats::raw_table::{RawColumn, RawTable, SampleClock};
 use crate::recording::formats::{FormatContent, HEAD_BYTES, recognise};
-use crate::recording::raw_table::{RawColumn, RawTable, SampleClock};
 
 /// A file of `assets/test_files/formats`.
 macro_rules! test_file {

@@ -15,7 +15,7 @@ use super::arrays::{Arrays, NamedArray, stem};
 use super::error::{FileContext, FormatError};
 use super::format::{Format, FormatContent};
 use super::lines::Lines;
-use crate::recording::raw_table::SampleClock;
+use crate::recording::formats::raw_table::SampleClock;
 
 /// Reads `.uff` files.
 #[derive(Debug)]

@@ -1,9 +1,9 @@
 //! The preset of a beam with an end mass.
 
-use super::beam::BeamDesign;
-use super::beam_modes::{BeamMode, beam_modes};
-use super::error::DesignError;
-use super::setting::{Designed, Parts, Setting};
+use super::modes::{BeamMode, beam_modes};
+use super::section::BeamDesign;
+use crate::model::design::error::DesignError;
+use crate::model::design::setting::{Designed, Parts, Setting};
 use crate::model::ground::BounceRule;
 use crate::model::piezo::Piezo;
 use crate::model::structure::Mode;
@@ -93,7 +93,7 @@ pub fn beam_device(design: &BeamDesign, setting: &Setting) -> Result<Designed, D
 }
 
 /// A mass in grams with a prefix.
-pub(super) fn format_mass(mass: f64) -> String {
+pub fn format_mass(mass: f64) -> String {
     format_quantity(1e3 * mass, "g", 4)
 }
 

@@ -6,8 +6,8 @@
 //! of thickness `t` bends the beam like the moment `w'' EI = -E d31 V (A/t) (z - z_n)`
 //! (J. G. Smits, W. Choi, IEEE Trans. UFFC 38 (1991) 256; Timoshenko's bimetal).
 
-use super::error::{DesignError, not_negative, positive};
-use super::materials::Material;
+use crate::model::design::error::{DesignError, not_negative, positive};
+use crate::model::design::materials::Material;
 
 /// A layer of a beam, SI.
 #[derive(Debug, Clone, PartialEq)]

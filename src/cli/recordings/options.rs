@@ -4,7 +4,7 @@
 use anyhow::{Context, anyhow};
 use clap::Args;
 
-use super::{Failure, wrong_command};
+use crate::cli::{Failure, wrong_command};
 use crate::model::unit::parse_quantity;
 use crate::recording::csv::{Decimal, Encoding, ReadingChoices};
 
@@ -141,7 +141,7 @@ fn decimal(mark: &str) -> anyhow::Result<Decimal> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::reading::*;
+    use super::super::options::*;
     use clap::Parser;
 
     #[derive(Debug, Parser)]

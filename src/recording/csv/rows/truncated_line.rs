@@ -1,14 +1,18 @@
 //! Telling a last line that was cut off in the middle.
 
-use super::line::{cells, is_skipped};
-use super::number;
-use super::rows::layout::Layout;
-use super::text::Text;
+use super::layout::Layout;
+use crate::recording::csv::line::{cells, is_skipped};
+use crate::recording::csv::number;
+use crate::recording::csv::text::Text;
 
 /// Where the last line starts, if it was cut in the middle: it has no line end, and
 /// fewer cells than the line before, or an unfinished last number, or fewer decimals
 /// where all lines before have the same number of them.
-pub(super) fn cut_last_line(rows: &[u8], text: &Text, layout: &Layout) -> Option<usize> {
+pub(in crate::recording::csv) fn cut_last_line(
+    rows: &[u8],
+    text: &Text,
+    layout: &Layout,
+) -> Option<usize> {
     if rows.last().is_none_or(|b| *b == text.newline) {
         return None;
     }

@@ -9,9 +9,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::beam::BeamDesign;
-use super::error::DesignError;
+use super::section::BeamDesign;
 use crate::model::bisection::bisect;
+use crate::model::design::error::DesignError;
 
 /// A mode of the beam, mass-normalised.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,11 +1,14 @@
 //! Recordings as they are named on the command line.
 
+pub mod inspect;
+mod options;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::anyhow;
 
-use super::reading::ReadingArguments;
+pub use self::options::ReadingArguments;
 use super::{Failure, terminal, wrong_command};
 use crate::fit::Part;
 use crate::recording::Recording;
@@ -78,7 +81,7 @@ fn described(recording: &Recording) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::read::*;
+    use super::*;
 
     #[test]
     fn a_recording_counts_once() {

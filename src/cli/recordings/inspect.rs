@@ -6,8 +6,8 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::reading::ReadingArguments;
-use super::{Failure, output, terminal};
+use super::options::ReadingArguments;
+use crate::cli::{Failure, output, terminal};
 use crate::model::drive::DriveReading;
 use crate::model::unit::{counted, format_quantity};
 use crate::recording::csv::{ColumnChoice, ImportSettings, Preview, ReadingChoices};

@@ -39,7 +39,7 @@ impl SampleClock {
     ///
     /// # Examples
     /// ```
-    /// use impactscope::recording::raw_table::SampleClock;
+    /// use impactscope::recording::formats::raw_table::SampleClock;
     /// assert!(SampleClock::new(0.0, 2e-5).is_some());
     /// assert!(SampleClock::new(0.0, 0.0).is_none());
     /// ```
