@@ -7,7 +7,7 @@ const MAX_LINES: usize = 100;
 
 /// Tables written as functions, one entry after the other: file, function, and why.
 const TABLES: [(&str, &str, &str); 1] = [(
-    "src/app/setup/command.rs",
+    "src/app/setup/command/text.rs",
     "text",
     "the name and the help of each command",
 )];

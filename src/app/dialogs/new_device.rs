@@ -49,7 +49,7 @@ const PENDULUM_FIELDS: [FieldSpec; 4] = [
     ("L", "length", "1m"),
     ("angle", "start", "20deg"),
     ("m", "mass", "0.1kg"),
-    ("inertia", "moment of inertia about the pivot", "0.1kg m^2"),
+    ("inertia", "moment of inertia about the pivot", "1.1kg m^2"),
 ];
 const FREE_FIELDS: [FieldSpec; 4] = [
     ("m", "mass", "57g"),

@@ -53,31 +53,26 @@ fn a_recording_with_unambiguous_columns_is_imported_at_once() {
 }
 
 #[test]
-fn two_columns_of_one_quantity_are_reported_each_time() {
+fn two_columns_of_one_quantity_are_asked_about_once() {
     let folder = tempfile::tempdir().unwrap();
     let text = "t [s], xp [um], xp [nm]\n0, 1, 900\n1e-5, 2, 1900\n2e-5, 3, 2900\n";
     let path = write(folder.path(), "a.csv", text);
-    // The second time it is read with the stored settings.
-    for time in ["first", "second"] {
-        let found = events(|files| files.open(path.clone()));
-        let [FileEvent::Recording { recording, .. }] = &found[..] else {
-            panic!("{found:?}");
-        };
-        let [warning] = &recording.warnings[..] else {
-            panic!("{time}: {:?}", recording.warnings);
-        };
-        for part in [
-            "column 2 (\"xp [um]\") is used",
-            "column 3 (\"xp [nm]\")",
-            "import settings",
-        ] {
-            assert!(
-                warning.message.contains(part),
-                "{time}: {}",
-                warning.message
-            );
-        }
+    let found = events(|files| files.open(path.clone()));
+    let [FileEvent::Ask { preview, .. }] = &found[..] else {
+        panic!("{found:?}");
+    };
+    let asked = preview.problem().unwrap().to_string();
+    for part in ["2 (\"xp [um]\")", "3 (\"xp [nm]\")", "--column xp="] {
+        assert!(asked.contains(part), "{asked}");
     }
+    // The answer is stored: the second time nothing is asked.
+    let settings = preview.settings.clone();
+    recent::remember(&path, Some(&settings));
+    let found = events(|files| files.open(path.clone()));
+    let [FileEvent::Recording { recording, .. }] = &found[..] else {
+        panic!("{found:?}");
+    };
+    assert!((recording.proof_mass[2] - 3e-6).abs() < 1e-18);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::beam::device::format_mass;
 use super::error::{DesignError, not_negative, positive};
 use super::ranges::round_number;
 use super::setting::{Designed, Parts, Setting};
-use crate::model::effects::{ActiveEffect, cubic_stiffness, gravity};
+use crate::model::effects::{ActiveEffect, nonlinear_stiffness, weight};
 use crate::model::ground::{BounceRule, StickSpeed};
 use crate::model::parameter::ParameterId;
 use crate::model::preset::known_value::KnownValue;
@@ -146,7 +146,7 @@ impl Pendulum {
             start: vec![(ParameterId::X0, self.start)],
             notes,
         })?;
-        let mut sine = ActiveEffect::new(&cubic_stiffness::EFFECT);
+        let mut sine = ActiveEffect::new(nonlinear_stiffness());
         sine.set("k3", -stiffness / 6.0);
         sine.set("k5", 0.0);
         sine.set("l", 1.0);
@@ -205,12 +205,13 @@ impl FreeMass {
             notes: Vec::new(),
         })?;
         if gravity > 0.0 {
-            let mut weight = ActiveEffect::new(&gravity::EFFECT);
-            weight.set("g", gravity);
-            made.preset.model.effects.push(weight);
+            let mut own = ActiveEffect::new(weight());
+            own.set("g", gravity);
+            made.preset.model.effects.push(own);
             if self.gravity.is_none() {
                 let known = (gravity, GRAVITY_ERROR * gravity);
-                let known = KnownValue::new(&made.preset.model, "gravity.g", known)?;
+                let known =
+                    KnownValue::new(&made.preset.model, &format!("{}.g", weight().id), known)?;
                 made.preset.known.push(known);
                 made.notes
                     .push("g was not given: standard gravity is taken, known to 0.5 %.".to_owned());

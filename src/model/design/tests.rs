@@ -453,7 +453,14 @@ proptest::proptest! {
         let t = length / 10f64.powf(slenderness);
         let end = 10f64.powf(mass) * 2330.0 * length * t * t;
         let text = format!("L={length},W={t},t={t},material=Si,mass={end},modes={modes},ground={t},film={t},plate={t}x{t},force=1uN/V");
-        let made = describe(DesignKind::Beam, &text).unwrap();
+        let made = match describe(DesignKind::Beam, &text) {
+            Ok(made) => made,
+            // Short and thick ones are faster than any device.
+            Err(error) => {
+                proptest::prop_assert!(error.to_string().contains("above 10 MHz"), "{}", error);
+                return Ok(());
+            }
+        };
         let again = Preset::parse("own.toml", &made.preset.to_toml()).unwrap();
         proptest::prop_assert_eq!(again, made.preset);
     }

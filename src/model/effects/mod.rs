@@ -29,7 +29,7 @@ mod adhesion_saturation;
 mod amplifier_lag;
 mod base_vibration;
 mod compliant_ground;
-pub mod cubic_stiffness;
+mod cubic_stiffness;
 mod definition;
 mod dry_friction;
 mod electrostatic;
@@ -37,7 +37,7 @@ mod even_stiffness;
 pub mod extra_mode;
 mod film_spring;
 mod gap_step;
-pub mod gravity;
+mod gravity;
 mod hysteresis_memory;
 mod load_friction;
 mod long_range_attraction;
@@ -55,6 +55,18 @@ pub use definition::{
     Need, Quantity, RefinedBounds, Refinement, Search, Start, Surroundings, followed_time_constant,
     own_ids,
 };
+
+/// The weight of a device, for those who describe one.
+#[must_use]
+pub fn weight() -> &'static EffectSpec {
+    &gravity::EFFECT
+}
+
+/// A stiffness that is not linear, for devices known to have one (a pendulum).
+#[must_use]
+pub fn nonlinear_stiffness() -> &'static EffectSpec {
+    &cubic_stiffness::EFFECT
+}
 
 /// All effects that are known, in the order in which they are listed and searched.
 pub static CATALOGUE: &[&EffectSpec] = &[
