@@ -4,20 +4,20 @@
 //!
 //! | floor | what it does | begin reading at |
 //! |---|---|---|
-//! | [`cli`] | the commands `simulate`, `fit`, `validate`, `diagnose`, `trial`, `demo`, `sweep` | `cli/mod.rs` |
+//! | [`cli`] | the commands `simulate`, `fit`, `validate`, `diagnose`, `trial`, `demo`, `sweep`, `inspect`, `device` | `cli/mod.rs` |
 //! | [`app`] | the window: workspaces, plots, files, undo | [`app::state`] |
 //! | [`trial`] | sealed benchmark: devices with a concealed effect, by another solver | [`trial::Case`] |
 //! | [`diagnose`] | what a model leaves out: where, what, how much, and the proof | `diagnose/pipeline.rs` |
 //! | [`explore`](mod@explore) | drive waveforms found by eye: steady states, maps, robustness, drawn waveforms, gaits | [`explore::steady_state`] |
 //! | [`fit`](mod@fit) | parameters with standard errors from recordings | [`fit::fit()`] |
-//! | [`recording`] | measurements: CSV, noise, events, features; no model | [`recording::Recording`] |
+//! | [`recording`] | measurements: files, noise, events, features; no model | [`recording::Recording`] |
 //! | [`sim`] | the hybrid simulator: flight, events, contact | [`sim::simulate`] |
 //! | [`model`] | the device: parameters, structure, drive, effects, presets | [`model::Model`] |
 //!
 //! Where to find what:
 //! - a physical effect: [`model::effects`], one file each, one line in its catalogue;
 //! - a device file: [`model::preset`] and the folder `presets`;
-//! - how a CSV is understood: [`recording::csv`];
+//! - how a file is understood: [`recording::import`](mod@recording::import), [`recording::csv`];
 //! - numbers that decide an answer: [`fit::thresholds`], [`diagnose::thresholds`];
 //! - a workspace of the window: [`app::workspaces`].
 //!
