@@ -51,6 +51,8 @@ const PENDULUM_FIELDS: [FieldSpec; 4] = [
     ("m", "mass", "0.1kg"),
     ("inertia", "moment of inertia about the pivot", "1.1kg m^2"),
 ];
+/// What a pendulum has of what others have.
+const PENDULUM_COMMON_KEYS: [&str; 2] = ["name", "zeta"];
 const FREE_FIELDS: [FieldSpec; 4] = [
     ("m", "mass", "57g"),
     ("x0", "start height", "2m"),
@@ -82,7 +84,12 @@ impl Kind {
             Self::Pendulum => &PENDULUM_FIELDS,
             Self::Free => &FREE_FIELDS,
         };
-        own.iter().chain(&COMMON_FIELDS).copied().collect()
+        let is_there = |field: &&FieldSpec| {
+            // A pendulum has neither ground nor drive here.
+            self != Self::Pendulum || PENDULUM_COMMON_KEYS.contains(&field.0)
+        };
+        let common = COMMON_FIELDS.iter().filter(is_there);
+        own.iter().chain(common).copied().collect()
     }
 
     fn design(self) -> DesignKind<'static> {
