@@ -194,11 +194,7 @@ fn describe(
 
 /// How the values of a channel are changed on their way in.
 fn scaled(settings: &ImportSettings, channel: Channel) -> String {
-    let scale = match channel {
-        Channel::Voltage => settings.voltage_scale,
-        Channel::ProofMass => settings.xp_scale,
-        Channel::Cantilever => settings.xc_scale,
-    };
+    let (scale, _) = settings.scaling(channel);
     if scale == 1.0 {
         String::new()
     } else {

@@ -19,8 +19,6 @@ pub mod frequency_domain;
 mod identify;
 mod result;
 pub mod shapes;
-#[cfg(test)]
-mod tests;
 pub mod thresholds;
 pub mod time_domain;
 

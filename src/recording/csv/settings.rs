@@ -354,7 +354,8 @@ impl ImportSettings {
     }
 
     /// Scale and offset of a channel.
-    pub(super) fn scaling(&self, channel: Channel) -> (f64, f64) {
+    #[must_use]
+    pub fn scaling(&self, channel: Channel) -> (f64, f64) {
         match channel {
             Channel::Voltage => (self.voltage_scale, 0.0),
             Channel::ProofMass => (self.xp_scale, self.xp_offset),

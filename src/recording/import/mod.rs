@@ -32,7 +32,7 @@ const LOOKED_AT_ROWS: usize = 2000;
 pub fn preview(path: &Path) -> Result<Preview, ImportError> {
     match Source::open(path, None)? {
         None => csv::preview(path),
-        Some(source) => source.preview(None),
+        Some(source) => source.preview(&ReadingChoices::default()),
     }
 }
 
@@ -44,22 +44,7 @@ pub fn preview_chosen(path: &Path, choices: &ReadingChoices) -> Result<Preview, 
     let name = path.display().to_string();
     match Source::open(path, None)? {
         None => csv::preview_chosen(&name, &csv::read_file(path, None)?, choices),
-        Some(source) => {
-            let (part, _) = source.chosen(choices)?;
-            let mut preview = csv::preview_chosen(
-                &name,
-                &part.head(LOOKED_AT_ROWS),
-                &source.within_part(choices),
-            )?;
-            preview.written_by = part.format.map(str::to_owned).or(preview.written_by);
-            preview.is_text = false;
-            let usable = source.usable();
-            if let (true, Some(trial)) = (usable.len() > 1, choices.trial) {
-                preview.offer_trials(&name, usable.iter().map(|part| part.name.clone()).collect());
-                preview.choose_trial(trial)?;
-            }
-            Ok(preview)
-        }
+        Some(source) => source.preview(choices),
     }
 }
 
@@ -112,18 +97,12 @@ pub fn trials(path: &Path) -> Result<Vec<String>, ImportError> {
         None => {
             let bytes = csv::read_file(path, None)?;
             let found = csv::trials(&path.display().to_string(), &bytes)?;
-            Ok(match &found[..] {
-                [_] => vec![String::new()],
-                all => all.iter().map(|trial| trial.name.clone()).collect(),
-            })
+            Ok(names_of(found))
         }
-        Some(source) => {
-            let usable = source.usable();
-            Ok(match &usable[..] {
-                [] | [_] => vec![String::new()],
-                all => all.iter().map(|part| part.name.clone()).collect(),
-            })
-        }
+        Some(source) => Ok(match &source.usable()[..] {
+            [only] => names_of(csv::trials(&source.file, &only.text())?),
+            all => names(all).into_iter().map(str::to_owned).collect(),
+        }),
     }
 }
 
@@ -147,6 +126,8 @@ struct Source {
     path: std::path::PathBuf,
     sha256: String,
     parts: Vec<Part>,
+    /// Indices of the parts in which a recording is seen; of all where none is.
+    usable: Vec<usize>,
 }
 
 impl Source {
@@ -172,7 +153,9 @@ impl Source {
         let bytes = csv::read_file(path, progress)?;
         let sha256 = csv::hex(&Sha256::digest(&bytes));
         let parts = parts_of(&file, &name, bytes)?;
+        let usable = usable(&file, &parts);
         Ok(Some(Self {
+            usable,
             file,
             path: path.to_owned(),
             sha256,
@@ -180,21 +163,10 @@ impl Source {
         }))
     }
 
-    /// The parts in which a recording is seen; all where none is.
+    /// The parts among which `trial` chooses.
     fn usable(&self) -> Vec<&Part> {
-        if let [only] = &self.parts[..] {
-            return vec![only];
-        }
-        let looks_right = |part: &&Part| {
-            let head = part.head(LOOKED_AT_ROWS);
-            csv::preview_bytes(&self.file, &head).is_ok_and(|preview| preview.has_motion())
-        };
-        let found: Vec<&Part> = self.parts.iter().filter(looks_right).collect();
-        if found.is_empty() {
-            self.parts.iter().collect()
-        } else {
-            found
-        }
+        let parts = self.usable.iter().filter_map(|i| self.parts.get(*i));
+        parts.collect()
     }
 
     /// The part that is asked for, and what is worth saying of the choice.
@@ -234,7 +206,7 @@ impl Source {
 
     /// The choices for the text of a part: which recording of the file is decided.
     fn within_part<'c>(&self, choices: &'c ReadingChoices) -> Cow<'c, ReadingChoices> {
-        if self.usable().len() < 2 {
+        if self.usable.len() < 2 {
             return Cow::Borrowed(choices);
         }
         Cow::Owned(ReadingChoices {
@@ -249,7 +221,7 @@ impl Source {
             ..ReadingChoices::default()
         };
         let (part, _) = self.chosen(&choices)?;
-        let trial = settings.trial.filter(|_| self.usable().len() < 2);
+        let trial = settings.trial.filter(|_| self.usable.len() < 2);
         Ok((
             part,
             ImportSettings {
@@ -259,37 +231,40 @@ impl Source {
         ))
     }
 
-    fn preview(&self, trial: Option<usize>) -> Result<Preview, ImportError> {
+    /// What is understood of the part that is asked for, of the first one where none is.
+    fn preview(&self, choices: &ReadingChoices) -> Result<Preview, ImportError> {
         let usable = self.usable();
-        let part = trial
-            .and_then(|n| usable.get(n.checked_sub(1)?))
-            .or(usable.first());
-        let Some(part) = part else {
-            return Err(no_table(&self.file));
+        let asked = ReadingChoices {
+            trial: choices.trial.or((usable.len() > 1).then_some(1)),
+            ..choices.clone()
         };
-        let mut preview =
-            csv::preview_bytes(&csv::short_name(&self.path), &part.head(LOOKED_AT_ROWS))?;
+        let (part, aside) = self.chosen(&asked)?;
+        let head = part.head(LOOKED_AT_ROWS);
+        let name = csv::short_name(&self.path);
+        let within = self.within_part(&asked);
+        // Where nothing is said, recordings below each other are looked for, too.
+        let mut preview = if *within == ReadingChoices::default() {
+            csv::preview_bytes(&name, &head)?
+        } else {
+            csv::preview_chosen(&name, &head, &within)?
+        };
         preview.written_by = part.format.map(str::to_owned).or(preview.written_by);
-        preview.warnings.splice(
-            0..0,
-            self.left_aside(part)
-                .filter(|_| usable.len() == 1)
-                .into_iter()
-                .chain(part.notes()),
-        );
-        preview.is_text = part.format.is_none() && self.parts.len() == 1;
+        let notes = aside.into_iter().chain(part.notes());
+        preview.warnings.splice(0..0, notes);
+        preview.is_text = false;
         if usable.len() > 1 {
-            preview.offer_trials(
-                &self.file,
-                usable.iter().map(|part| part.name.clone()).collect(),
-            );
+            let all = names(&usable).into_iter().map(str::to_owned);
+            preview.offer_trials(&self.file, all.collect());
+            if let Some(trial) = choices.trial {
+                preview.choose_trial(trial)?;
+            }
         }
         Ok(preview)
     }
 
     fn named(&self, mut recording: Recording, part: &Part) -> Recording {
         let name = csv::short_name(&self.path);
-        recording.name = if self.usable().len() > 1 {
+        recording.name = if self.usable.len() > 1 {
             format!("{name}: {}", part.name)
         } else {
             name
@@ -304,6 +279,28 @@ fn no_table(file: &str) -> ImportError {
     let message =
         format!("{file}: there is no table of numbers in it; export the recording as CSV");
     ImportError::Format(message.into())
+}
+
+/// The parts of a file in which a recording is seen; all where none is.
+fn usable(file: &str, parts: &[Part]) -> Vec<usize> {
+    let all = || (0..parts.len()).collect();
+    if parts.len() < 2 {
+        return all();
+    }
+    let looks_right = |i: &usize| {
+        let head = parts[*i].head(LOOKED_AT_ROWS);
+        csv::preview_bytes(file, &head).is_ok_and(|preview| preview.has_motion())
+    };
+    let found: Vec<usize> = (0..parts.len()).filter(looks_right).collect();
+    if found.is_empty() { all() } else { found }
+}
+
+/// Names for [`trials`].
+fn names_of(found: Vec<csv::Trial>) -> Vec<String> {
+    match &found[..] {
+        [_] => vec![String::new()],
+        _ => found.into_iter().map(|trial| trial.name).collect(),
+    }
 }
 
 fn names<'p>(parts: &'p [&Part]) -> Vec<&'p str> {

@@ -31,7 +31,7 @@ impl Part {
     pub fn text(&self) -> Cow<'_, [u8]> {
         match &self.content {
             Content::Text(bytes) => Cow::Borrowed(bytes),
-            Content::Table(table) => Cow::Owned(text_of(table)),
+            Content::Table(table) => Cow::Owned(text_of(table, usize::MAX)),
         }
     }
 
@@ -39,24 +39,7 @@ impl Part {
     pub fn head(&self, rows: usize) -> Cow<'_, [u8]> {
         match &self.content {
             Content::Text(bytes) => Cow::Borrowed(bytes),
-            Content::Table(table) => {
-                let cut = |values: &Vec<f64>| values.iter().take(rows).copied().collect();
-                let columns = table.columns.iter().map(|column| {
-                    let values = cut(&column.values);
-                    crate::recording::formats::raw_table::RawColumn {
-                        values,
-                        name: column.name.clone(),
-                        unit: column.unit.clone(),
-                    }
-                });
-                let head = RawTable {
-                    columns: columns.collect(),
-                    name: String::new(),
-                    notes: Vec::new(),
-                    clock: table.clock,
-                };
-                Cow::Owned(text_of(&head))
-            }
+            Content::Table(table) => Cow::Owned(text_of(table, rows)),
         }
     }
 

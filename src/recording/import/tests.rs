@@ -64,6 +64,27 @@ fn a_wrapped_text_is_read_as_the_text() {
 }
 
 #[test]
+fn recordings_below_each_other_are_found_in_a_wrapper_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = |first: &str| -> String {
+        let rest = (1..40).map(|i| format!("{}.0,7,{}\n", i, f64::from(i) * 0.5));
+        format!("0.0,7,{first}\n") + &rest.collect::<String>()
+    };
+    let text = format!("t [ms],V [V],xp [um]\n{}{}", rows("1.5"), rows("2.5"));
+    let plain = write(&folder, "a.csv", text.as_bytes());
+    let wrapped = write(&folder, "a.csv.gz", &gzip(text.as_bytes()));
+    assert_eq!(trials(&plain).unwrap().len(), 2);
+    assert_eq!(trials(&wrapped).unwrap(), trials(&plain).unwrap());
+    assert!(preview(&wrapped).unwrap().needs_dialog());
+    let second = ReadingChoices {
+        trial: Some(2),
+        ..ReadingChoices::default()
+    };
+    let found = import_chosen(&wrapped, &second, None).unwrap();
+    assert!((found.proof_mass[0] / 2.5e-6 - 1.0).abs() < 1e-12);
+}
+
+#[test]
 fn archives_within_archives_end() {
     let folder = tempfile::tempdir().unwrap();
     let mut bytes = TEXT.as_bytes().to_vec();

@@ -1,1 +1,0 @@
-//! Modes of known devices from made-up sweeps.
