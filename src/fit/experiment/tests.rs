@@ -358,3 +358,22 @@ fn a_recording_from_rest_is_told_from_one_in_motion_by_a_wrong_device() {
         }
     }
 }
+
+/// A reading that begins after the voltage leaves the first cells of a file empty.
+#[test]
+fn a_recording_may_begin_with_missing_readings() {
+    let model = Preset::embedded("paper").unwrap().model;
+    let drive = Waveform::parse("square:15Hz:8V", 0.1).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut whole = record(&model, &drive, 50e3, 0.1, (0.0, 0.0), &mut rng);
+    whole.cantilever = None;
+    let misfit = |recording: Recording| {
+        let run = whole_run(&Arc::new(recording), &model).unwrap().unwrap();
+        run.result.misfit(&run.experiment).unwrap()
+    };
+    let complete = misfit(whole.clone());
+    whole.proof_mass[..6].fill(f64::NAN);
+    let late = misfit(whole);
+    println!("{complete} and {late} x noise");
+    assert!(late < 1.05 * complete, "{late}, not {complete} x noise");
+}

@@ -96,6 +96,10 @@ fn follow_data(c: &Cut<'_>, segment: &Segment, state: &mut StretchState) {
         .filter_map(|(phi, x)| x.map(|x| (phi, x)))
         .filter(|(phi, _)| phi.iter().any(|p| *p != 0.0))
         .collect();
+    // A stretch that begins with missing readings says nothing of where it begins.
+    if rows.is_empty() {
+        return;
+    }
     let phi = DMatrix::from_fn(rows.len(), n, |i, j| rows[i].0[j]);
     let Ok(inverse) = phi.clone().pseudo_inverse(1e-12) else {
         return;

@@ -1,5 +1,6 @@
 //! What a person says about a file in advance: the reading options of the command line.
 
+use super::columns::meant::column_meant;
 use super::columns::names::{Column, Role};
 use super::columns::units::{kind_of, unit_shift};
 use super::columns::{Question, Topic, found_names};
@@ -95,38 +96,13 @@ fn role_of(option: &'static str, symbol: &str, preview: &Preview) -> Result<Role
     })
 }
 
-/// The column that a person means: its whole header, its name, or its number from 1.
+/// The column that a person means.
 fn column_named(name: &str, preview: &Preview) -> Result<usize, ImportError> {
-    let name = name.trim();
-    let header = &preview.header;
-    let whole = header.iter().position(|cell| cell.trim() == name);
-    let plain = |cell: &String| Column::of(cell).name;
-    let by_name = || {
-        let mut found =
-            (0..header.len()).filter(|i| header.get(*i).is_some_and(|c| plain(c) == name));
-        // A name that stands twice says nothing.
-        let first = found.next()?;
-        found.next().is_none().then_some(first)
-    };
-    let by_case = || {
-        let equal = |cell: &String| plain(cell).eq_ignore_ascii_case(name);
-        let mut found = (0..header.len()).filter(|i| header.get(*i).is_some_and(equal));
-        let first = found.next()?;
-        found.next().is_none().then_some(first)
-    };
-    let by_number = || {
-        let number: usize = name.parse().ok()?;
-        number.checked_sub(1).filter(|i| *i < preview.columns)
-    };
-    whole
-        .or_else(by_name)
-        .or_else(by_case)
-        .or_else(by_number)
-        .ok_or_else(|| ImportError::NoColumnNamed {
-            file: preview.name.clone().into(),
-            name: name.into(),
-            found: found_names(header).into(),
-        })
+    column_meant(name, &preview.header, preview.columns).ok_or_else(|| ImportError::NoColumnNamed {
+        file: preview.name.clone().into(),
+        name: name.trim().into(),
+        found: found_names(&preview.header).into(),
+    })
 }
 
 /// Takes a column for a role, in the unit that the header gives it.

@@ -3,6 +3,7 @@
 pub(super) mod header_clock;
 pub(super) mod header_line;
 mod mapping;
+pub(super) mod meant;
 mod motion;
 pub(super) mod names;
 pub(super) mod sample;

@@ -1,6 +1,7 @@
 //! The search for a motion or a voltage where no column has its name: by units, rates, channels.
 
 use super::mapping::{Topic, found_names};
+use super::meant::option_for;
 use super::names::{Column, Role};
 use super::search::ColumnSearch;
 use super::units::{UnitKind, example_scale};
@@ -89,7 +90,10 @@ impl ColumnSearch<'_> {
             );
             if !rest.is_empty() {
                 let question = format!("{said}, and there are others: {}", self.names(rest));
-                let options = format!("--column xp={} (it is integrated)", first + 1);
+                let options = {
+                    let first = option_for(*first, self.cells);
+                    format!("--column xp={first} (it is integrated)")
+                };
                 let error = self.undecided(question.clone(), options);
                 self.mapping.ask(Topic::Column(role), error, question);
             } else if quantity == Quantity::Acceleration {
@@ -97,7 +101,7 @@ impl ColumnSearch<'_> {
                     format!("{said}: integrated twice, its errors grow with the square of time");
                 let options = format!(
                     "--column xp={} to integrate it all the same, or record a displacement or a velocity",
-                    first + 1
+                    option_for(*first, self.cells)
                 );
                 let error = self.undecided(question.clone(), options);
                 self.mapping.ask(Topic::Column(role), error, question);
@@ -145,8 +149,8 @@ impl ColumnSearch<'_> {
                 let unit = self.unit_or(motion, "V");
                 let options = format!(
                     "--column V={} --column xp={} --scale xp={}",
-                    first + 1,
-                    motion + 1,
+                    option_for(*first, self.cells),
+                    option_for(motion, self.cells),
                     example_scale("m", &unit)
                 );
                 let error = self.undecided(question.clone(), options);

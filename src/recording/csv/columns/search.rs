@@ -1,6 +1,7 @@
 //! The search for the columns of a recording among those of a header.
 
 use super::mapping::{Mapping, TableFacts, Topic, found_names};
+use super::meant::option_for;
 use super::names::{Column, Role};
 use super::sample::Suggestion;
 use super::units::UnitKind;
@@ -290,7 +291,8 @@ impl<'a> ColumnSearch<'a> {
             role.symbol(),
             role.quantity()
         );
-        let first = columns.first().map_or(1, |i| i + 1);
+        let first = columns.first().copied().unwrap_or(0);
+        let first = option_for(first, self.cells);
         let options = format!("--column {}={first} (name or number)", role.symbol());
         let error = self.undecided(question.clone(), options);
         self.mapping.ask(Topic::Column(role), error, question);
