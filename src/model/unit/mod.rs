@@ -28,19 +28,19 @@ pub enum UnitError {
     NotFinite(String),
 }
 
-/// SI prefixes that are read, with their factors.
-const PREFIXES: [(&str, f64); 11] = [
-    ("p", 1e-12),
-    ("n", 1e-9),
-    ("u", 1e-6),
-    ("\u{b5}", 1e-6),
-    ("\u{3bc}", 1e-6),
-    ("m", 1e-3),
-    ("c", 1e-2),
-    ("", 1.0),
-    ("k", 1e3),
-    ("M", 1e6),
-    ("G", 1e9),
+/// SI prefixes that are read, with their powers of ten.
+const PREFIXES: [(&str, i32); 11] = [
+    ("p", -12),
+    ("n", -9),
+    ("u", -6),
+    ("\u{b5}", -6),
+    ("\u{3bc}", -6),
+    ("m", -3),
+    ("c", -2),
+    ("", 0),
+    ("k", 3),
+    ("M", 6),
+    ("G", 9),
 ];
 
 /// Units of one quantity that are no SI unit with a prefix: text, the SI unit, factor.
@@ -89,20 +89,22 @@ pub fn unit_factor(unit: &str, base: &str) -> Option<f64> {
         return Some(*factor);
     }
     // The unit of mass has its prefix already.
-    let (stem, scale) = match base.strip_prefix("kg") {
-        Some(rest) => (base.strip_prefix('k').unwrap_or(rest), 1e-3),
-        None => (base, 1.0),
+    let (stem, already) = match base.strip_prefix("kg") {
+        Some(rest) => (base.strip_prefix('k').unwrap_or(rest), 3),
+        None => (base, 0),
     };
     let prefix = unit.strip_suffix(stem)?;
     PREFIXES
         .iter()
         .find(|(text, _)| *text == prefix)
-        .map(|(text, factor)| match (*text, scale == 1.0) {
-            (_, true) => *factor,
-            ("k", false) => 1.0,
-            // By division, so that whole numbers stay exact: 1e-6 * 1e-3 is not 1e-9.
-            _ => *factor / 1e3,
-        })
+        .map(|(_, power)| power_of_ten(power - already))
+}
+
+/// `10^power`, rounded once: products such as `1e-6 * 1e-3` are not the number nearest to 1e-9.
+fn power_of_ten(power: i32) -> f64 {
+    // Powers up to 1e22 are exact, so that their reciprocals are rounded once.
+    let exact = 10f64.powi(power.abs());
+    if power < 0 { 1.0 / exact } else { exact }
 }
 
 /// Splits `"58 um"` into `(58.0, "um")`. The number takes as much of the text as

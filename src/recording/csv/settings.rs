@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::recording::Channel;
 use crate::recording::error::ImportError;
+pub use crate::recording::formats::raw_table::SampleClock;
 
 /// What separates the cells of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -153,15 +154,6 @@ impl ColumnChoice {
             ..Self::default()
         }
     }
-}
-
-/// Evenly spaced samples, in place of a time column.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct SampleClock {
-    /// Time of the first sample \[s\].
-    pub start: f64,
-    /// From sample to sample \[s\].
-    pub interval: f64,
 }
 
 /// Character encodings of text files.

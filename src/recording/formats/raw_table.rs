@@ -1,5 +1,7 @@
 //! What a file of a binary or structured format holds, before anyone decides what each column is.
 
+use serde::{Deserialize, Serialize};
+
 /// A table of columns as a file gives it, before anyone decides what each column is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RawTable {
@@ -26,7 +28,7 @@ pub struct RawColumn {
 }
 
 /// Evenly spaced samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SampleClock {
     /// Time of the first sample \[s\].
     pub start: f64,
