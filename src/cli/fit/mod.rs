@@ -6,6 +6,7 @@ pub(super) mod profile;
 pub(super) mod result;
 pub(super) mod steps;
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
@@ -227,13 +228,16 @@ fn show_doubts(p: &Progress) {
 }
 
 fn show_progress(p: &Progress) {
-    let line = format!(
-        "{}: iteration {}, misfit {} x noise, about {:.0} s left",
+    let mut line = format!(
+        "{}: iteration {}, misfit {} x noise",
         p.stage,
         p.iteration,
-        format_number(p.misfit, 3),
-        p.remaining.as_secs_f64()
+        format_number(p.misfit, 3)
     );
+    // A stage that cannot foresee its end says nothing of it.
+    if !p.remaining.is_zero() {
+        let _ = write!(line, ", about {:.0} s left", p.remaining.as_secs_f64());
+    }
     terminal::progress(&line, true);
 }
 

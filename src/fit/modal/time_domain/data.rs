@@ -138,6 +138,11 @@ impl Data {
         Ok(data)
     }
 
+    /// The usable readings of all recordings.
+    pub fn recordings(&self) -> impl Iterator<Item = &Recording> + Clone {
+        self.sources.iter().map(|s| s.recording.as_ref())
+    }
+
     /// Cuts the recordings at gaps and contacts.
     fn cut(&mut self, model: &Model) {
         for (index, source) in self.sources.iter().enumerate() {
