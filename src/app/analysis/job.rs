@@ -26,17 +26,14 @@ impl<P, T> Clone for Job<P, T> {
     }
 }
 
-/// Threads of a job, at least, where there are as many cores. The simulator and the window wake for
-/// short times only, and the system gives them their turn.
+/// Threads of a job where there are few cores. The simulator and the window work for short times only,
+/// and the system gives them their turn.
 const LEAST_JOB_THREADS: usize = 2;
 
-/// Threads of a job on so many cores: one is left to the simulator and the window where more than
-/// [`LEAST_JOB_THREADS`] remain.
+/// Threads of a job: all cores up to [`LEAST_JOB_THREADS`], else all but one, which is left to the
+/// simulator and the window.
 fn job_threads(cores: usize) -> usize {
-    cores
-        .saturating_sub(1)
-        .max(LEAST_JOB_THREADS.min(cores))
-        .max(1)
+    cores.saturating_sub(1).max(LEAST_JOB_THREADS.min(cores))
 }
 
 /// Runs `work` so that what it splits among threads runs in a pool of its own. In rayon's shared

@@ -6,7 +6,6 @@ pub(super) mod profile;
 pub(super) mod result;
 pub(super) mod steps;
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
@@ -21,7 +20,7 @@ use super::recordings::ReadingArguments;
 use super::{Failure, interrupt, output, recordings, terminal, wrong_command};
 use crate::fit::{Control, FitError, FitOptions, Progress, fit as run_fit};
 use crate::model::preset::Preset;
-use crate::model::unit::format_number;
+use crate::model::unit::{format_number, time_left};
 
 /// Arguments of the command.
 #[derive(Debug, Args)]
@@ -228,16 +227,13 @@ fn show_doubts(p: &Progress) {
 }
 
 fn show_progress(p: &Progress) {
-    let mut line = format!(
-        "{}: iteration {}, misfit {} x noise",
+    let line = format!(
+        "{}: iteration {}, misfit {} x noise{}",
         p.stage,
         p.iteration,
-        format_number(p.misfit, 3)
+        format_number(p.misfit, 3),
+        time_left(p.remaining)
     );
-    // A stage that cannot foresee its end says nothing of it.
-    if !p.remaining.is_zero() {
-        let _ = write!(line, ", about {:.0} s left", p.remaining.as_secs_f64());
-    }
     terminal::progress(&line, true);
 }
 

@@ -4,13 +4,13 @@ use std::sync::Arc;
 
 use super::error::ModalError;
 use super::frequency_domain::circle::circle_fit;
-use super::frequency_domain::search::local_excess;
+use super::frequency_domain::search::worst_local_excess;
 use super::frequency_domain::spectra::{ResponsePoint, Spectra, block_length, spectra};
 use super::remarks::{Identification, remark_on_mode};
 use super::result::{IdentifiedMode, ModalFit, ModalOptions, Quality};
 use super::search::{misfit, report};
 use super::shapes::{Estimate, Residues, drives_the_point, eta_of, same_mode};
-use super::sweeps::{first_spectra, noise_of, readings};
+use super::sweeps::{first_spectra, readings};
 use super::thresholds::{
     BAND_MARGIN_WIDTHS, MAX_DAMPING_ERROR, MAX_FREQUENCY_ERROR, MIN_RESIDUE_Z,
 };
@@ -46,6 +46,7 @@ pub(super) struct Work<'a> {
     pub(super) options: &'a ModalOptions,
     pub(super) data: Data,
     pub(super) band: (f64, f64),
+    pub(super) noise: [Option<f64>; 2],
     pub(super) film_shares: Vec<f64>,
 }
 
@@ -66,14 +67,13 @@ impl Work<'_> {
     ) -> Result<Solution, ModalError> {
         let cancelled = || control.cancelled();
         let mut found = start;
-        let noise = noise_of(self.data.recordings());
         let rounds = if self.has_film() { FILM_ROUNDS } else { 1 };
         for round in 0..rounds {
             report(
                 control,
                 "damping of the modes",
                 (round, rounds),
-                misfit(&found.linear, noise),
+                misfit(&found.linear, self.noise),
             );
             if self.has_film() {
                 let offset = mean_offset(&found, self.data.stretches.len());
@@ -184,16 +184,8 @@ impl Work<'_> {
                 }
             })?;
         let left = first_spectra(&self.data, &residuals(&self.data, found, &self.film_shares));
-        let inflation: Vec<f64> = found
-            .poles
-            .iter()
-            .map(|pole| {
-                left.iter()
-                    .flatten()
-                    .map(|s| local_excess(s, *pole))
-                    .fold(1.0, f64::max)
-            })
-            .collect();
+        let poles = found.poles.iter();
+        let inflation: Vec<f64> = poles.map(|pole| worst_local_excess(&left, *pole)).collect();
         let residues = self.residues(found, &covariance, &inflation);
         let eta = self.eta(&residues);
         let (responses, resolution) = self.responses(found);
@@ -230,14 +222,13 @@ impl Work<'_> {
         });
         let sigma = sigma_of(&found.linear);
         let misfit = [0, 1].map(|c: usize| (found.linear.rows[c] > 0).then_some(sigma[c]));
-        let noise = noise_of(sweeps.iter().map(AsRef::as_ref));
         let of = Identification {
             model: self.model,
             normalisation: self.options.normalisation,
             piezo: self.data.piezo,
             has_film: self.has_film(),
         };
-        remarks.extend(super::remarks::remarks(&of, &modes, noise, misfit));
+        remarks.extend(super::remarks::remarks(&of, &modes, self.noise, misfit));
         let used: usize = self.data.stretches.iter().map(Stretch::samples).sum();
         let skew_at = 2 * found.poles.len();
         let mut fit = ModalFit {
@@ -253,7 +244,7 @@ impl Work<'_> {
                 std_error: error(skew_at, 1.0),
             }),
             film: self.has_film(),
-            noise,
+            noise: self.noise,
             misfit,
             responses,
             resolution,

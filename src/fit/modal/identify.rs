@@ -6,7 +6,7 @@ use super::error::ModalError;
 use super::finish::Work;
 use super::result::{InputChoice, ModalFit, ModalOptions};
 use super::search::find_modes;
-use super::sweeps::{driven_band, names, sweeps_of};
+use super::sweeps::{driven_band, names, noise_of, sweeps_of};
 use super::thresholds::MIN_STRETCH_PERIODS;
 use super::time_domain::data::Data;
 use crate::fit::solve::levenberg_marquardt::Control;
@@ -43,12 +43,14 @@ pub fn identify(
             100.0 * data.left_out as f64 / data.samples as f64
         ));
     }
-    let mut found = find_modes(&mut data, band, options, control)?;
+    let noise = noise_of(&sweeps);
+    let mut found = find_modes(&mut data, band, noise, options, control)?;
     let mut work = Work {
         model,
         options,
         data,
         band,
+        noise,
         film_shares: Vec::new(),
     };
     found = work.finish(found, control)?;

@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::error::ModalError;
-use super::frequency_domain::search::{candidates, local_excess};
+use super::frequency_domain::search::{candidates, worst_local_excess};
 use super::result::ModalOptions;
-use super::sweeps::{first_spectra, noise_of};
+use super::sweeps::first_spectra;
 use super::thresholds::{MAX_ZETA, MIN_MODE_GAIN};
 use super::time_domain::data::Data;
 use super::time_domain::kernel::Pole;
@@ -56,6 +56,7 @@ pub(super) fn misfit(linear: &Linear, noise: [Option<f64>; 2]) -> f64 {
 pub(super) fn find_modes(
     data: &mut Data,
     band: (f64, f64),
+    noise: [Option<f64>; 2],
     options: &ModalOptions,
     control: &Control<'_>,
 ) -> Result<Solution, ModalError> {
@@ -71,7 +72,6 @@ pub(super) fn find_modes(
         poles: Vec::new(),
         linear,
     };
-    let noise = noise_of(data.recordings());
     while found.poles.len() < options.max_modes {
         report(
             control,
@@ -135,10 +135,6 @@ fn is_significant(data: &Data, worse: &Solution, better: &Solution) -> bool {
     let unknowns = 2 + readings * (1 + 2 * data.stretches.len());
     // Noise of one colour counts by what it has at the resonance.
     let left = first_spectra(data, &residuals(data, better, &[]));
-    let excess = left
-        .iter()
-        .flatten()
-        .map(|s| local_excess(s, *new))
-        .fold(1.0, f64::max);
+    let excess = worst_local_excess(&left, *new);
     gain(&worse.linear, &better.linear) / excess > MIN_MODE_GAIN + unknowns as f64
 }

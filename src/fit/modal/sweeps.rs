@@ -4,12 +4,9 @@ use std::sync::Arc;
 
 use super::error::ModalError;
 use super::frequency_domain::spectra::{Spectra, block_length, spectra};
-use super::thresholds::{
-    CLEAR_OF_GROUND, MIN_BAND_RATIO, MIN_DRIVEN_FILL, MIN_DRIVEN_LINES, MIN_DRIVEN_SHARE,
-};
-use super::time_domain::data::{Data, Stretch};
+use super::thresholds::{MIN_BAND_RATIO, MIN_DRIVEN_FILL, MIN_DRIVEN_LINES, MIN_DRIVEN_SHARE};
+use super::time_domain::data::{Data, stays_clear_of_ground};
 use crate::model::Model;
-use crate::model::parameter::ParameterId;
 use crate::model::unit::{counted, format_quantity};
 use crate::recording::{Channel, Recording};
 
@@ -41,12 +38,10 @@ pub fn is_sweep(recording: &Recording) -> bool {
 /// Names of the recordings that are sweeps in which the mass stays clear of the ground of `model`.
 #[must_use]
 pub fn sweeps_clear_of_ground(model: &Model, recordings: &[Arc<Recording>]) -> Vec<String> {
-    let dp = model.parameters[ParameterId::Dp];
-    let is_clear = |r: &Recording| {
-        let lowest = r.proof_mass.iter().copied().fold(f64::INFINITY, f64::min);
-        !model.has_ground || lowest > -CLEAR_OF_GROUND * dp
-    };
-    let all = recordings.iter().filter(|r| is_clear(r) && is_sweep(r));
+    let clear = recordings
+        .iter()
+        .filter(|r| stays_clear_of_ground(model, r));
+    let all = clear.filter(|r| is_sweep(r));
     all.map(|r| r.name.clone()).collect()
 }
 
@@ -128,22 +123,15 @@ pub(super) fn first_spectra(
     data: &Data,
     readings: &[[Option<Vec<f64>>; 2]],
 ) -> [Option<Spectra>; 2] {
-    let longest = data
-        .stretches
-        .iter()
-        .map(Stretch::samples)
-        .max()
-        .unwrap_or(0);
-    let resolution = 1.0 / (FIRST_BLOCK_SHARE * longest.max(1) as f64 * data.interval);
+    let longest = data.longest_stretch().max(1) as f64;
+    let resolution = 1.0 / (FIRST_BLOCK_SHARE * longest * data.interval);
     spectra(data, readings, block_length(data, resolution), false)
 }
 
 /// Noise of each reading, estimated without the model \[m\]: that of the noisiest recording.
-pub(super) fn noise_of<'a>(
-    recordings: impl Iterator<Item = &'a Recording> + Clone,
-) -> [Option<f64>; 2] {
+pub(super) fn noise_of(sweeps: &[Arc<Recording>]) -> [Option<f64>; 2] {
     [Channel::ProofMass, Channel::Cantilever].map(|channel| {
-        let all = recordings.clone().filter_map(|r| r.noise(channel));
+        let all = sweeps.iter().filter_map(|r| r.noise(channel));
         all.map(|n| n.sigma).reduce(f64::max)
     })
 }

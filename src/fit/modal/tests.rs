@@ -17,8 +17,8 @@ use crate::model::sensor::gaussian;
 use crate::model::structure::Mode;
 use crate::recording::Recording;
 
-/// Steps between two samples: of 40 kHz and a mode at 6.4 kHz they keep its frequency within 4e-7, far below its
-/// standard error of 1e-6.
+/// Steps between two samples. At 40 kHz they move the frequency of a mode at 6.4 kHz by 4e-7 of itself,
+/// less than half its standard error.
 const SUBSTEPS: usize = 12;
 /// Noise of both readings \[m\].
 const NOISE: f64 = 20e-9;
@@ -250,7 +250,7 @@ fn one_point_tells_the_product_of_the_shapes() {
     );
 }
 
-/// The same readings in a device a hundred times larger and slower give the same ratios.
+/// Readings a thousand times larger and a hundred times slower give the same damping and ratios.
 #[test]
 fn scales_of_length_and_time_change_nothing() {
     let model = device();
