@@ -13,9 +13,12 @@ pub const SHORT_RECORDING_SAMPLES: usize = 2000;
 /// Gain of log-likelihood from which noise is taken as coloured \[-\]. Two numbers more, the best
 /// of 120 pairs.
 pub const COLOURED_NOISE_MIN_GAIN: f64 = 6.0;
-/// Standard errors by which the readings at rest must wander more than noise makes them, from contact
-/// to contact, for a zero that walks \[-\].
-pub const WALKING_ZERO_MIN_Z: f64 = 4.0;
+/// Gain of log-likelihood over a zero that stands still from which the readings at rest show that it
+/// walks \[-\]. By chance 1 in 1000 sets of recordings.
+pub const WALKING_ZERO_MIN_GAIN: f64 = 6.0;
+/// The same over a drift, a shift or a misread contact, each with one unit for each of its numbers
+/// \[-\]. As much as one number more.
+pub const WALKING_ZERO_MIN_LEAD: f64 = 1.0;
 /// Fall of chi2 by a scale of its own for each reading of each recording from which scales may
 /// differ \[-\]. Some twenty numbers more.
 pub const OWN_SCALES_MIN_GAIN: f64 = 100.0;

@@ -24,6 +24,12 @@ const MAX_ROUGHNESS: f64 = 2.0;
 const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 /// Gaps between levels from which the step is made where it is none of them.
 const MAX_COMMON_GAPS: usize = 500;
+/// Samples of a block whose scatter tells rounding from noise: so short that a parabola follows the
+/// signal.
+const SCATTER_BLOCK: usize = 11;
+/// Rounding of the numbers themselves and least step, as shares of the largest value: of numbers with
+/// seven digits, and of longer ones.
+const COMMON_STEPS: [(f64, f64); 2] = [(1e-7, 1e-5), (1e-10, 1e-7)];
 /// Samples whose levels are sorted in search of a lattice.
 const MAX_LATTICE_LEVELS: usize = 50_000;
 /// Steps of one size from which a slow signal on a lattice is told from a few levels.
@@ -105,9 +111,16 @@ pub fn estimate_noise(time: TimeAxis, values: &[f64]) -> Result<NoiseEstimate, N
     // Uniform rounding alone has the standard deviation step / sqrt(12). Where the
     // signal stands still between steps the differences are zero and show none of it.
     let rounding = step.map_or(0.0, |q| q / 12f64.sqrt());
-    let quantised = rounding > 0.5 * raw;
+    // A ramp that rises by half a step from sample to sample is rounded up and down in turn: high
+    // differences take that for the loudest noise there is.
+    let scatter = step.map_or(raw, |_| raw.min(scatter_of_blocks(values, &runs)));
+    let quantised = rounding > 0.5 * scatter;
     Ok(NoiseEstimate {
-        sigma: raw.max(if quantised { rounding } else { 0.0 }),
+        sigma: if quantised {
+            scatter.max(rounding)
+        } else {
+            raw
+        },
         order,
         step,
         quantised,
@@ -177,6 +190,41 @@ fn sigma_of_order(values: &[f64], runs: &[std::ops::Range<usize>], p: usize) -> 
     median_in_place(&mut pool) / NORMAL_MEDIAN / binomial_root(p)
 }
 
+/// Median over short blocks of the standard deviation about a parabola; infinite where no run has
+/// a block.
+fn scatter_of_blocks(values: &[f64], runs: &[std::ops::Range<usize>]) -> f64 {
+    let blocks = || {
+        let of_run = |run: &std::ops::Range<usize>| values[run.clone()].chunks_exact(SCATTER_BLOCK);
+        runs.iter().flat_map(of_run)
+    };
+    let stride = blocks().count().div_ceil(MOST_WINDOWS).max(1);
+    let scatter = blocks().step_by(stride).map(scatter_about_parabola);
+    quantile_in_place(&mut scatter.collect::<Vec<_>>(), 0.5)
+}
+
+/// Standard deviation of evenly spaced values about the parabola of least squares.
+fn scatter_about_parabola(block: &[f64]) -> f64 {
+    let n = block.len() as f64;
+    let mean = block.iter().sum::<f64>() / n;
+    let middle = 0.5 * (n - 1.0);
+    let at = |i: usize| i as f64 - middle;
+    let bend = |i: usize| at(i).powi(2) - (n * n - 1.0) / 12.0;
+    let along = |basis: &dyn Fn(usize) -> f64| {
+        let (mut dot, mut norm) = (0.0, 0.0);
+        for (i, v) in block.iter().enumerate() {
+            dot += basis(i) * (v - mean);
+            norm += basis(i).powi(2);
+        }
+        dot / norm
+    };
+    let (slope, curvature) = (along(&at), along(&bend));
+    let left = block.iter().enumerate().map(|(i, v)| {
+        let off = v - mean - slope * at(i) - curvature * bend(i);
+        off * off
+    });
+    (left.sum::<f64>() / (n - 3.0)).sqrt()
+}
+
 /// `sqrt(C(2p, p))`: what differencing `p` times does to white noise.
 fn binomial_root(p: usize) -> f64 {
     (1..=p)
@@ -223,13 +271,14 @@ fn lattice_step(values: &[f64], runs: &[std::ops::Range<usize>]) -> Option<f64> 
         100 * differences.iter().filter(whole).count() >= 95 * differences.len()
     };
     // Where levels are left out, the smallest gap is a multiple of the step.
-    let common = || {
+    let common = |&(fuzz, least): &(f64, f64)| {
         let few = gaps.iter().take(MAX_COMMON_GAPS).copied();
-        few.reduce(|a, b| common_divisor(a, b, 1e-7 * scale))
+        let step = few.reduce(|a, b| common_divisor(a, b, fuzz * scale))?;
+        (step > least * scale && on_lattice(step)).then_some(step)
     };
     let step = Some(smallest)
         .filter(|s| on_lattice(*s))
-        .or_else(|| common().filter(|s| *s > 1e-5 * scale && on_lattice(*s)))?;
+        .or_else(|| COMMON_STEPS.iter().find_map(common))?;
     // A single step size says nothing of a lattice, unless many such steps climb over many
     // levels: one sees it by several.
     let (low, high) = extremes(values);

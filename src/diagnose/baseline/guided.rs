@@ -19,6 +19,30 @@ const CLOCK_STEPS: usize = 4;
 /// Iterations of the fit without the effect.
 const PLAIN_STEPS: usize = 10;
 
+/// What the balance of forces leads the baseline to.
+pub(super) enum GuidedBaseline {
+    /// The baseline, which needs none of the effects.
+    Plain(Fitted),
+    /// The workspace with the best of the fits with an effect as what has led the baseline astray, the
+    /// others as its rivals; and the baseline without it.
+    Astray(Box<Workspace>, Fitted),
+    /// Nothing that comes near.
+    Unknown,
+}
+
+/// Those of the effects `found`, best first, that leave about as little as the best.
+fn near_the_best(found: Vec<BalanceRival>) -> impl Iterator<Item = BalanceRival> {
+    let least = found.first().map_or(0.0, |best| best.left);
+    let near = move |rival: &BalanceRival| rival.left < GUIDED_MAX_RATIO * least.max(1.0);
+    found.into_iter().filter(near)
+}
+
+/// Whether the fit with an effect is so much better than `plain`, the one without, that the lack of it
+/// leads a baseline astray.
+fn is_called_for(with: &RequiredEffect, plain: &Fitted) -> bool {
+    plain.per_value() >= GUIDED_MIN_CHI2_RATIO * with.fitted.per_value()
+}
+
 impl Workspace {
     /// Fits with each of the effects that `model` lacks most by the balance of forces, from what it
     /// says of everything else; best first. With the effect, the parameters of `own` are moved too.
@@ -53,57 +77,92 @@ impl Workspace {
     ///
     /// # Errors
     /// [`DiagnoseError`] if the recordings cannot be used.
-    pub(super) fn fits_of_rivals(
+    fn fits_of_rivals(
         &self,
         found: Vec<BalanceRival>,
         own: (&[String], &[Bound]),
         control: &DiagnoseControl<'_>,
     ) -> Result<Vec<RequiredEffect>, DiagnoseError> {
-        let mut out: Vec<RequiredEffect> = Vec::new();
-        let least = found.first().map_or(0.0, |best| best.left);
-        let near = |rival: &BalanceRival| rival.left < GUIDED_MAX_RATIO * least.max(1.0);
-        for rival in found.into_iter().filter(near) {
-            if control.cancelled() {
-                break;
-            }
-            let least = out.iter().map(|r| r.fitted.per_value());
-            let least = least.fold(f64::INFINITY, f64::min);
-            let fitted = self.guided_fit(rival, own, GUIDED_MAX_RATIO * least, control)?;
-            out.extend(fitted);
+        let mut fits = Vec::new();
+        for rival in near_the_best(found) {
+            self.fit_rival(rival, own, &mut fits, control)?;
         }
-        out.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
-        Ok(out)
+        Ok(fits)
     }
 
-    /// The workspace with the best of the `guided` fits as what has led the baseline astray, the others
-    /// as its rivals, and the baseline without it; `None` where the baseline does as well.
+    /// Adds the fit with `rival` to `fits`, which stay in order, best first, if it comes near them.
+    fn fit_rival(
+        &self,
+        rival: BalanceRival,
+        own: (&[String], &[Bound]),
+        fits: &mut Vec<RequiredEffect>,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<(), DiagnoseError> {
+        if control.cancelled() {
+            return Ok(());
+        }
+        let least = fits.iter().map(|r| r.fitted.per_value());
+        let least = least.fold(f64::INFINITY, f64::min);
+        let fitted = self.guided_fit(rival, own, GUIDED_MAX_RATIO * least, control)?;
+        fits.extend(fitted);
+        fits.sort_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost));
+        Ok(())
+    }
+
+    /// The baseline from where the balance of forces points to. What the balance sees may be an effect,
+    /// or no more than a place from which the plain model is found.
     ///
     /// # Errors
     /// [`DiagnoseError`] if a model cannot be simulated.
-    pub(super) fn led_astray(
+    pub(super) fn guided_baseline(
         &self,
-        guided: Vec<RequiredEffect>,
+        found: Vec<BalanceRival>,
         control: &DiagnoseControl<'_>,
-    ) -> Result<Option<(Self, Fitted)>, DiagnoseError> {
-        let mut guided = guided.into_iter();
-        let Some(best) = guided.next() else {
-            return Ok(None);
+    ) -> Result<GuidedBaseline, DiagnoseError> {
+        let mut fits: Vec<RequiredEffect> = Vec::new();
+        let mut plain: Option<(Fitted, f64)> = None;
+        for rival in near_the_best(found) {
+            self.fit_rival(rival, (&[], &[]), &mut fits, control)?;
+            let Some(best) = fits.first() else { continue };
+            // A better fit with an effect leads to another one without.
+            if plain.as_ref().is_some_and(|p| p.1 <= best.fitted.cost) {
+                continue;
+            }
+            let Some(without) = self.without_effect(best, control)? else {
+                continue;
+            };
+            if !is_called_for(best, &without) && !without.is_lost() {
+                return Ok(GuidedBaseline::Plain(without));
+            }
+            plain = Some((without, best.fitted.cost));
+        }
+        let (Some((plain, _)), false) = (plain, fits.is_empty()) else {
+            return Ok(GuidedBaseline::Unknown);
         };
-        let mut plain = best.fitted.model.clone();
-        plain.effects.retain(|e| e.spec != best.start.spec);
-        let plain = self.fit(&plain, &[], &[], &best.fitted, PLAIN_STEPS, control);
-        let Some(plain) = simulated(plain)? else {
-            return Ok(None);
-        };
-        let ratio = plain.per_value() / best.fitted.per_value();
-        log::debug!("without {}: {:.3}", best.start.spec.id, plain.per_value());
-        if ratio < GUIDED_MIN_CHI2_RATIO {
-            return Ok(None);
+        if !is_called_for(&fits[0], &plain) {
+            return Ok(GuidedBaseline::Unknown);
         }
         let mut workspace = self.clone();
-        workspace.required_effect = Some(Arc::new(best));
-        workspace.rival_effects = Arc::new(guided.collect());
-        Ok(Some((workspace, plain)))
+        workspace.required_effect = Some(Arc::new(fits.remove(0)));
+        workspace.rival_effects = Arc::new(fits);
+        Ok(GuidedBaseline::Astray(Box::new(workspace), plain))
+    }
+
+    /// The fit from `with` on, but without its effect; `None` where it cannot be simulated.
+    fn without_effect(
+        &self,
+        with: &RequiredEffect,
+        control: &DiagnoseControl<'_>,
+    ) -> Result<Option<Fitted>, DiagnoseError> {
+        let mut model = with.fitted.model.clone();
+        model.effects.retain(|e| e.spec != with.start.spec);
+        let plain = self.fit(&model, &[], &[], &with.fitted, PLAIN_STEPS, control);
+        let plain = simulated(plain)?;
+        if let Some(plain) = &plain {
+            let id = with.start.spec.id;
+            log::debug!("without {id}: {:.3}", plain.per_value());
+        }
+        Ok(plain)
     }
 
     /// The fit with one of them, or `None` where it stays beyond `max_chi2` per value.
@@ -169,6 +228,7 @@ impl Workspace {
 
 #[cfg(test)]
 mod tests {
+    use super::GuidedBaseline;
     use crate::diagnose::test_support::{QUIET, workspace_of};
     use crate::model::effects::{ActiveEffect, find};
     use crate::model::preset::Preset;
@@ -202,7 +262,11 @@ mod tests {
             "{}",
             fits[0].fitted.per_value()
         );
-        let (astray, plain) = workspace.led_astray(fits, &QUIET).unwrap().unwrap();
+        let guide = workspace.balance_guide(&paper, &any).unwrap();
+        let found = workspace.guided_baseline(guide.rivals, &QUIET).unwrap();
+        let GuidedBaseline::Astray(astray, plain) = found else {
+            panic!("the stiffness is called for");
+        };
         assert!(plain.is_lost(), "{}", plain.per_value());
         assert_eq!(
             astray.cold_fits().next().unwrap().start.spec.id,

@@ -4,6 +4,7 @@
 use std::mem::replace;
 use std::sync::Arc;
 
+use super::guided::GuidedBaseline;
 use crate::diagnose::data::reading_assumptions::{ContactAmbiguity, ReadingAssumptions};
 use crate::diagnose::data::side::Split;
 use crate::diagnose::findings::Remark;
@@ -130,23 +131,28 @@ impl<'a, 'c> Retuning<'a, 'c> {
         } else {
             workspace
         };
-        let guided = workspace.fits_of_rivals(guide.rivals, (&[], &[]), control)?;
+        let guided = workspace.guided_baseline(guide.rivals, control)?;
         let recut = |workspace: &Workspace, assumptions: &ReadingAssumptions| {
             workspace.recut(model, options, assumptions)
         };
-        let (workspace, train, drift) =
-            if let Some((astray, train)) = workspace.led_astray(guided, control)? {
-                (astray, train, None)
-            } else if let Some((cut_again, train, lag)) =
-                workspace.sensor_lag_baseline(model, options, control, &recut)?
-            {
-                assumptions.lag = lag;
-                (cut_again, train, None)
-            } else {
-                let start = guide.tuned.as_ref().unwrap_or(model);
-                let (train, drift) = workspace.with_and_without_drift(start, control)?;
-                (workspace, train, drift)
-            };
+        let (workspace, train, drift) = match guided {
+            GuidedBaseline::Astray(astray, train) => (*astray, train, None),
+            // A drift that the level shows is fitted with everything else.
+            GuidedBaseline::Plain(train) if workspace.unmodelled_drift(model).is_none() => {
+                (workspace, train, None)
+            }
+            GuidedBaseline::Plain(_) | GuidedBaseline::Unknown => {
+                let lag = workspace.sensor_lag_baseline(model, options, control, &recut)?;
+                if let Some((cut_again, train, lag)) = lag {
+                    assumptions.lag = lag;
+                    (cut_again, train, None)
+                } else {
+                    let start = guide.tuned.as_ref().unwrap_or(model);
+                    let (train, drift) = workspace.with_and_without_drift(start, control)?;
+                    (workspace, train, drift)
+                }
+            }
+        };
         Ok(Self {
             model,
             options,

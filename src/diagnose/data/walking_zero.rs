@@ -1,18 +1,18 @@
 //! A zero that walks: how far the reading of a resting mass wanders from contact to contact.
 //!
 //! A laser spot that warms up, a lamp or an amplifier lets the zero of a reading wander at random.
-//! While the mass is held, its reading tells where the zero is. Two kinds of contrasts of the mean
-//! readings are compared with what noise and a walk give: steps from one contact to the next, which a
-//! single shift of the ground hardly changes, and deviations from the line between both neighbours,
-//! which a steady drift hardly changes. A walk shows in both.
+//! While the mass is held, its reading tells where the zero is. A random walk is taken for the cause
+//! where it makes the mean readings likelier than noise alone does, and than each of what is steadier:
+//! a drift along a line, a drift that settles, a ground that shifts once, a contact that was misread.
 
 use std::ops::Range;
 
+use nalgebra::{DMatrix, DVector};
+
 use super::event_free_segments::intervals;
 use super::noise_model::ContactRecording;
-use crate::diagnose::thresholds::WALKING_ZERO_MIN_Z;
+use crate::diagnose::thresholds::{WALKING_ZERO_MIN_GAIN, WALKING_ZERO_MIN_LEAD};
 use crate::fit::residual::coloured_noise::Colour;
-use crate::recording::median_in_place;
 
 /// Longest part of a contact whose mean is taken \[s\].
 const MAX_WINDOW_LENGTH: f64 = 12e-3;
@@ -20,14 +20,14 @@ const MAX_WINDOW_LENGTH: f64 = 12e-3;
 const MIN_WINDOW_SAMPLES: usize = 20;
 /// Time after touchdown that is skipped, for the rest of the landing \[s\].
 const LANDING_TIME: f64 = 5e-4;
-/// Fewest contrasts of either kind.
-const MIN_CONTRASTS: usize = 8;
-/// Median of the square of a standard normal number.
-const MEDIAN_OF_SQUARE: f64 = 0.4549;
-/// Relative standard error of the median of such squares, times the root of their number.
-const MEDIAN_ERROR: f64 = 2.3;
-/// Halvings in which the size of the walk is found.
-const BISECTIONS: usize = 60;
+/// Fewest contacts of a recording that tell a walk from a steady drift, which follows any two.
+const MIN_CONTACTS: usize = 3;
+/// Walks over a recording that are tried, in units of a sample's noise: least, most, and how many for
+/// each factor of ten.
+const WALKS: (f64, f64, i32) = (0.05, 50.0, 8);
+/// Times in which a drift settles that are tried, as shares of the time from the first contact to the
+/// last.
+const SETTLING_SHARES: [f64; 5] = [0.05, 0.1, 0.2, 0.5, 1.0];
 /// Variance of a walk about its mean, as a share of that of its whole length.
 const SPREAD_SHARE: f64 = 1.0 / 6.0;
 
@@ -38,35 +38,50 @@ struct RestingMean {
     value: f64,
 }
 
-/// A weighted sum of means that is zero on average, with the variances that noise gives it and
-/// that a walk of one unit a sample gives it.
-struct Contrast {
-    value: f64,
-    noise: f64,
-    per_walk: f64,
+impl RestingMean {
+    /// Middle of its samples.
+    fn middle(&self) -> f64 {
+        self.samples.start as f64 + 0.5 * self.samples.len() as f64
+    }
 }
 
 /// The colour of the noise with the walk that the contacts show; as it is where they show none.
 pub fn with_walk(stays: &[ContactRecording<'_>], colour: Colour) -> Colour {
     let slow = 1.0 + 2.0 * colour.share * colour.keep / (1.0 - colour.keep).max(1e-6);
-    let means: Vec<Vec<RestingMean>> = stays.iter().map(resting_means).collect();
-    let of_windows = |count: usize, weights: &dyn Fn(&[RestingMean]) -> Vec<f64>| {
-        let all = means.iter().flat_map(|own| own.windows(count));
-        all.map(|own| contrast(own, &weights(own), slow))
-            .collect::<Vec<Contrast>>()
-    };
-    let steps = of_windows(2, &|_| vec![-1.0, 1.0]);
-    let bends = of_windows(3, &|own| {
-        let middle = |k: usize| own[k].samples.start as f64 + 0.5 * own[k].samples.len() as f64;
-        let share = (middle(1) - middle(0)) / (middle(2) - middle(0));
-        vec![share - 1.0, 1.0, -share]
-    });
-    let walk = size_of_walk(&steps).min(size_of_walk(&bends));
-    if walk <= 0.0 {
-        return colour;
-    }
+    let mut means: Vec<Vec<RestingMean>> = stays.iter().map(resting_means).collect();
+    means.retain(|own| own.len() >= MIN_CONTACTS);
+    let total = |of: &dyn Fn(&[RestingMean]) -> f64| means.iter().map(|own| of(own)).sum::<f64>();
     let samples: usize = stays.iter().map(|s| s.recording.len()).sum();
     let length = samples as f64 / stays.len() as f64;
+    let (low, high, steps) = WALKS;
+    let count = (f64::from(steps) * (high / low).log10()) as i32;
+    let tried = (0..=count).map(|k| {
+        let over_recording = low * 10f64.powf(f64::from(k) / f64::from(steps));
+        let walk = over_recording.powi(2) / length;
+        // One number for the size of the walk.
+        (total(&|own| log_likelihood(own, slow, walk)) - 1.0, walk)
+    });
+    let Some((likelihood, walk)) = tried.max_by(|a, b| a.0.total_cmp(&b.0)) else {
+        return colour;
+    };
+    let still = total(&|own| log_likelihood(own, slow, 0.0));
+    let rivals: [Shapes; 4] = [line, settling, one_shift, one_aside];
+    let steadiest = rivals.iter().map(|&shapes| {
+        total(&|own| {
+            let of_shape =
+                |(shape, numbers): (Vec<f64>, f64)| with_shape(own, slow, &shape) - numbers;
+            shapes(own)
+                .into_iter()
+                .map(of_shape)
+                .fold(f64::NEG_INFINITY, f64::max)
+        })
+    });
+    let steadiest = steadiest.fold(f64::NEG_INFINITY, f64::max);
+    log::debug!("zero: walks {likelihood:.1}, is still {still:.1}, or steadier {steadiest:.1}");
+    if likelihood < still + WALKING_ZERO_MIN_GAIN || likelihood < steadiest + WALKING_ZERO_MIN_LEAD
+    {
+        return colour;
+    }
     log::debug!(
         "zero walks by {:.2} of the noise in a recording",
         (walk * length).sqrt()
@@ -76,6 +91,87 @@ pub fn with_walk(stays: &[ContactRecording<'_>], colour: Colour) -> Colour {
         level: SPREAD_SHARE * walk * length,
         ..colour
     }
+}
+
+/// What else the means of a recording may follow: shapes, each with the count of the numbers it has.
+type Shapes = fn(&[RestingMean]) -> Vec<(Vec<f64>, f64)>;
+
+fn line(means: &[RestingMean]) -> Vec<(Vec<f64>, f64)> {
+    vec![(means.iter().map(RestingMean::middle).collect(), 1.0)]
+}
+
+fn settling(means: &[RestingMean]) -> Vec<(Vec<f64>, f64)> {
+    let first = means.first().map_or(0.0, RestingMean::middle);
+    let span = means.last().map_or(1.0, |m| m.middle() - first);
+    let of = |share: &f64| {
+        let decay = |m: &RestingMean| (-(m.middle() - first) / (share * span)).exp();
+        (means.iter().map(decay).collect(), 2.0)
+    };
+    SETTLING_SHARES.iter().map(of).collect()
+}
+
+fn one_shift(means: &[RestingMean]) -> Vec<(Vec<f64>, f64)> {
+    let of = |at: usize| {
+        let later = |i: usize| f64::from(u8::from(i >= at));
+        ((0..means.len()).map(later).collect(), 2.0)
+    };
+    (1..means.len()).map(of).collect()
+}
+
+fn one_aside(means: &[RestingMean]) -> Vec<(Vec<f64>, f64)> {
+    let of = |at: usize| {
+        let that = |i: usize| f64::from(u8::from(i == at));
+        ((0..means.len()).map(that).collect(), 2.0)
+    };
+    (0..means.len()).map(of).collect()
+}
+
+/// Logarithm of the likelihood of the means of a recording, but for a constant, with a zero of any
+/// size that walks by the variance `walk` from sample to sample, in units of the noise; a mean is as
+/// uncertain as `slow` times as little white noise makes it.
+fn log_likelihood(means: &[RestingMean], slow: f64, walk: f64) -> f64 {
+    let first = means.first().map_or(0.0, RestingMean::middle);
+    let covariance = DMatrix::from_fn(means.len(), means.len(), |i, j| {
+        let earlier = means[i.min(j)].middle() - first;
+        if i == j {
+            let own = means[i].samples.len() as f64;
+            // Two samples of one window have on average a third of it in common.
+            slow / own + walk * (earlier + own / 6.0)
+        } else {
+            walk * earlier
+        }
+    });
+    let ones = DMatrix::from_element(means.len(), 1, 1.0);
+    of_residuals(means, covariance, &ones)
+}
+
+/// The same without a walk, with a multiple of `shape` beside the constant.
+fn with_shape(means: &[RestingMean], slow: f64, shape: &[f64]) -> f64 {
+    let variances = means.iter().map(|m| slow / m.samples.len() as f64);
+    let covariance = DMatrix::from_diagonal(&DVector::from_iterator(means.len(), variances));
+    let design = DMatrix::from_fn(means.len(), 2, |i, k| if k == 0 { 1.0 } else { shape[i] });
+    of_residuals(means, covariance, &design)
+}
+
+/// Logarithm of the likelihood with the best multiples of the columns of `design` taken out.
+fn of_residuals(means: &[RestingMean], covariance: DMatrix<f64>, design: &DMatrix<f64>) -> f64 {
+    let Some(cholesky) = covariance.cholesky() else {
+        return f64::NEG_INFINITY;
+    };
+    let values =
+        DVector::from_iterator(means.len(), means.iter().map(|m| m.value - means[0].value));
+    // Whitened, the best multiples are those of least squares.
+    let white = |m: &DMatrix<f64>| cholesky.l().solve_lower_triangular(m);
+    let (Some(rows), Some(columns)) = (cholesky.l().solve_lower_triangular(&values), white(design))
+    else {
+        return f64::NEG_INFINITY;
+    };
+    let Ok(best) = columns.clone().svd(true, true).solve(&rows, 1e-12) else {
+        return f64::NEG_INFINITY;
+    };
+    let left = (rows - columns * best).norm_squared();
+    let logs: f64 = cholesky.l().diagonal().iter().map(|d| d.ln()).sum();
+    -0.5 * left - logs
 }
 
 /// One mean for each contact, from its beginning, so that a ground that gives way is pressed alike in
@@ -98,64 +194,6 @@ fn resting_means(stays: &ContactRecording<'_>) -> Vec<RestingMean> {
         })
     })
     .collect()
-}
-
-/// The contrast of consecutive means with `weights`; a mean is as uncertain as `slow` times as little
-/// white noise makes it.
-fn contrast(means: &[RestingMean], weights: &[f64], slow: f64) -> Contrast {
-    let both = || means.iter().zip(weights);
-    let value = both().map(|(m, w)| w * m.value).sum();
-    let noise = both()
-        .map(|(m, w)| slow * w * w / m.samples.len() as f64)
-        .sum();
-    // A step of the walk moves all later samples: the variance is the sum of the squares of the
-    // weights from each sample on.
-    let (mut per_walk, mut later) = (0.0, 0.0);
-    let mut begin: Option<usize> = None;
-    for (m, w) in both().rev() {
-        let gap = begin.map_or(0, |begin| begin.saturating_sub(m.samples.end));
-        per_walk += later * later * gap as f64;
-        let each = w / m.samples.len() as f64;
-        for _ in m.samples.clone() {
-            later += each;
-            per_walk += later * later;
-        }
-        begin = Some(m.samples.start);
-    }
-    Contrast {
-        value,
-        noise,
-        per_walk,
-    }
-}
-
-/// Variance of the walk from one sample to the next that the contrasts show, in units of that of the
-/// noise; 0 where noise explains them. Medians do not see single contrasts that are off.
-fn size_of_walk(contrasts: &[Contrast]) -> f64 {
-    if contrasts.len() < MIN_CONTRASTS {
-        return 0.0;
-    }
-    let typical = |walk: f64| {
-        let squares = contrasts.iter();
-        let squares = squares.map(|c| c.value * c.value / (c.noise + walk * c.per_walk));
-        let mut squares: Vec<f64> = squares.collect();
-        median_in_place(&mut squares) / MEDIAN_OF_SQUARE
-    };
-    let error = MEDIAN_ERROR / (contrasts.len() as f64).sqrt();
-    if typical(0.0) < 1.0 + WALKING_ZERO_MIN_Z * error {
-        return 0.0;
-    }
-    let largest = contrasts.iter().map(|c| c.value * c.value / c.per_walk);
-    let (mut low, mut high) = (0.0, largest.fold(0.0, f64::max) / MEDIAN_OF_SQUARE);
-    for _ in 0..BISECTIONS {
-        let middle = 0.5 * (low + high);
-        if typical(middle) > 1.0 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    0.5 * (low + high)
 }
 
 #[cfg(test)]

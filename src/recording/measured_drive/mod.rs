@@ -172,6 +172,9 @@ fn recognise(samples: &Samples<'_>) -> Found {
         }
     }
     let knots = Knots::of(samples, &lines);
+    if let Some(typed) = knots.typed(samples) {
+        return Found::Lines(typed);
+    }
     let rounded = knots.rounded();
     if rounded.are_all_of(samples) {
         return Found::Lines(rounded);

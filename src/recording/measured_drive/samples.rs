@@ -2,8 +2,8 @@
 
 use super::thresholds::{
     BLOCK_SAMPLES, MAX_BLOCK_EXCESS_SIGMAS, MAX_DIGITISER_ERROR_SHARE, MAX_LEVEL_NOISE_VOLTS,
-    MAX_UNEVEN_SHARE, MIN_ERROR_SHARE, NOISE_ESTIMATE_ERROR_SHARE, SINGLE_SAMPLE_MARGIN_SIGMAS,
-    UNEVEN_INTERVAL_SHARE,
+    MAX_UNEVEN_SHARE, MIN_ERROR_SHARE, NOISE_ESTIMATE_ERROR_SHARE, ROUNDING_REACH_STEPS,
+    SINGLE_SAMPLE_MARGIN_SIGMAS, UNEVEN_INTERVAL_SHARE,
 };
 use crate::recording::grid::TimeAxis;
 use crate::recording::noise::estimate_noise;
@@ -115,7 +115,7 @@ impl<'a> Samples<'a> {
         if self.quantum > 0.0 {
             // Rounding alone reaches half a step; the noise below it is not known, but is
             // less than the step.
-            0.75 * self.quantum + 1e-3 * self.sigma * largest
+            ROUNDING_REACH_STEPS * self.quantum + 1e-3 * self.sigma * largest
         } else {
             largest * self.sigma
         }

@@ -7,6 +7,9 @@
 /// Times of samples may be off by so many sampling intervals: rounding. A jump so near to a sample
 /// lies before or after it. `what_was_set_is_found_at_every_rate_and_noise`: edges at samples.
 pub const CLOCK_INTERVALS: f64 = 1e-4;
+/// Steps of a digitiser by which a sample may be off: half a step of rounding, and half of that for the
+/// noise below it, whose size is not known. `what_was_set_is_found_at_every_rate_and_noise`: 80 mV.
+pub const ROUNDING_REACH_STEPS: f64 = 0.75;
 /// Smallest error of a sample, as a share of the voltage's span: where a file has no noise at all,
 /// rounding in sums and text must not count as a misfit. The same test, without noise.
 pub const MIN_ERROR_SHARE: f64 = 1e-7;
@@ -151,9 +154,14 @@ pub const CROSSING_HYSTERESIS_SHARE: f64 = 0.15;
 /// Steps of a digitiser by which it falsifies amplitude and offset however many samples there are.
 /// `what_was_set_is_found_at_every_rate_and_noise`: sines in steps of 80 mV.
 pub const DIGITISER_BIAS_STEPS: f64 = 0.02;
-/// Fewest crossings of the middle: below, too little of a period is seen.
-/// `pieces_follow_one_another_and_meet_the_samples`.
+/// Fewest crossings of the middle that tell a frequency; a sine with fewer is searched for.
+/// `short_recordings_show_what_was_set`.
 pub const MIN_CROSSINGS: usize = 3;
+/// Step of that search in periods over all samples: a tenth of a period aside, least squares still
+/// find the sine. The same test.
+pub const SLOW_SEARCH_STEP: f64 = 0.1;
+/// Samples that search looks at. The same test.
+pub const SLOW_SEARCH_SAMPLES: usize = 200;
 /// Most samples from which a start is looked for: enough for numbers good to a percent.
 /// `time_of_ten_million_samples`.
 pub const MAX_SEARCH_SAMPLES: usize = 3000;
@@ -238,3 +246,13 @@ pub const MIN_TURN_CURVATURE_SIGMAS: f64 = 8.0;
 /// Noise below this share of the span is not worth a word.
 /// `what_was_set_is_found_at_every_rate_and_noise`.
 pub const MIN_SAID_NOISE_SHARE: f64 = 1e-6;
+
+/// Share of a step that the error of a number covers up to which it tells whether typed numbers are
+/// multiples of that step. `a_typed_table_is_found_through_a_coarse_digitiser`.
+pub const MAX_TYPED_SHARE: f64 = 0.5;
+/// Probability up to which all of them are multiples of it by accident. The same test.
+pub const MAX_TYPED_ACCIDENT: f64 = 1e-4;
+/// Well-known numbers for each one that is no multiple. The same test.
+pub const MIN_TYPED_PER_OTHER: usize = 4;
+/// Decades below the largest number that are tried: nobody types more digits. The same test.
+pub const TYPED_DECADES: i32 = 5;

@@ -1,7 +1,7 @@
 //! Straight lines that meet at nodes.
 
 use crate::recording::measured_drive::samples::Samples;
-use crate::recording::measured_drive::thresholds::FLAT_SIGMAS;
+use crate::recording::measured_drive::thresholds::{FLAT_SIGMAS, ROUNDING_REACH_STEPS};
 
 /// A straight line through samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +52,26 @@ pub struct Lines {
     pub nodes: Vec<Node>,
 }
 
+impl Lines {
+    /// Whether a time lies where a corner may be, fast for times in increasing order: which of both
+    /// lines a sample is of is not known there.
+    pub fn near_corner(&self) -> impl Fn(f64) -> bool + '_ {
+        let at = std::cell::Cell::new(0usize);
+        move |t| {
+            let mut i = at.get();
+            if i > 0 && self.nodes[i - 1].high >= t {
+                i = 0;
+            }
+            while self.nodes.get(i).is_some_and(|node| node.high < t) {
+                i += 1;
+            }
+            at.set(i);
+            let node = self.nodes.get(i);
+            node.is_some_and(|node| !node.jumps && node.low <= t)
+        }
+    }
+}
+
 /// The voltage of `lines`, fast for times in increasing order.
 pub fn cursor(lines: &Lines) -> impl Fn(f64) -> f64 {
     let at = std::cell::Cell::new(0usize);
@@ -66,6 +86,22 @@ pub fn cursor(lines: &Lines) -> impl Fn(f64) -> f64 {
         at.set(i);
         lines.lines[i].voltage(t)
     }
+}
+
+/// By how much the line of least squares, from which samples rounded to steps of `quantum` are off
+/// between `low` and `high`, is to move to be within reach of all, and the standard deviation that
+/// rounding leaves however many samples there are, all \[V\]. A level, or a line that rises by whole
+/// steps, is rounded alike nearly everywhere. All roundings lie within one step, so the line may lie as
+/// far aside as those seen leave room in it.
+fn lasting_rounding(quantum: f64, (low, high): (f64, f64)) -> (f64, f64) {
+    let reach = ROUNDING_REACH_STEPS * quantum;
+    let room = (quantum - (high - low)).clamp(0.0, quantum);
+    let aside = if high - low < 2.0 * reach {
+        0f64.clamp(high - reach, low + reach)
+    } else {
+        0.0
+    };
+    (aside, room / 12f64.sqrt())
 }
 
 /// The line of least squares through the samples `from..to`; a level if it does not rise.
@@ -93,15 +129,21 @@ pub fn line_through(samples: &Samples<'_>, from: usize, to: usize) -> Line {
     let slope = if tt > 0.0 { tv / tt } else { 0.0 };
     let level = slope.abs() <= FLAT_SIGMAS * slope_sigma
         || slope.abs() * (time[time.len() - 1] - t0) < 0.5 * samples.quantum;
-    let mut value_sigma = samples.sigma / n.sqrt();
-    if level && samples.quantum > 0.0 {
-        value_sigma = value_sigma.max(samples.quantum / 12f64.sqrt());
-    }
-    Line {
+    let mut line = Line {
         at: t0 + mt,
         value: v0 + mv,
         slope: if level { 0.0 } else { slope },
-        value_sigma,
+        value_sigma: samples.sigma / n.sqrt(),
         slope_sigma: if level { 0.0 } else { slope_sigma },
+    };
+    if samples.quantum > 0.0 {
+        let off = time.iter().zip(volts).map(|(&t, v)| v - line.voltage(t));
+        let (low, high) = off.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), off| {
+            (low.min(off), high.max(off))
+        });
+        let (aside, sigma) = lasting_rounding(samples.quantum, (low, high));
+        line.value += aside;
+        line.value_sigma = line.value_sigma.max(sigma).hypot(aside);
     }
+    line
 }

@@ -41,5 +41,9 @@ pub fn find_lines(samples: &Samples<'_>) -> Option<Lines> {
         }
     }
     refine_double_jumps(samples, &jumps, &mut found);
-    samples.are(cursor(&found)).then_some(found)
+    let are_all = {
+        let (curve, at_corner) = (cursor(&found), found.near_corner());
+        samples.are_where_known(|t| (!at_corner(t)).then(|| curve(t)))
+    };
+    are_all.then_some(found)
 }

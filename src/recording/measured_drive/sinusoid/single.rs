@@ -10,22 +10,28 @@ use crate::recording::measured_drive::round_number::round_between;
 use crate::recording::measured_drive::samples::Samples;
 use crate::recording::measured_drive::thresholds::{
     CROSSING_HYSTERESIS_SHARE, DIGITISER_BIAS_STEPS, MAX_FIT_SAMPLES, MAX_SEARCH_SAMPLES,
-    MIN_CROSSINGS, ROUNDING_SIGMAS,
+    MIN_CROSSINGS, ROUNDING_SIGMAS, SLOW_SEARCH_SAMPLES, SLOW_SEARCH_STEP,
 };
 
 pub fn find_single(samples: &Samples<'_>) -> Option<Sinusoids> {
     let crossings = crossings(samples);
-    if crossings.len() < MIN_CROSSINGS {
-        return None;
-    }
     let amplitude = 0.5 * samples.span();
     let offset = 0.5 * (samples.range.0 + samples.range.1);
     let duration = samples.time[samples.len() - 1] - samples.time[0];
-    for degree in [1, 2] {
-        let Some(turns) = phase_polynomial(&crossings, degree) else {
-            continue;
+    // Amplitude, phase, frequency, offset, and a sweep's rate.
+    let starts: Vec<Vec<f64>> = if crossings.len() < MIN_CROSSINGS {
+        slow_sine(samples).into_iter().collect()
+    } else {
+        let start = |degree: usize| {
+            let turns = phase_polynomial(&crossings, degree)?;
+            let mut start = vec![amplitude, turns[0], turns[1], offset];
+            start.extend((degree == 2).then_some(2.0 * turns[2]));
+            Some(start)
         };
-        let start = [amplitude, turns[0], turns[1], offset, 2.0 * turns[2]];
+        [1, 2].into_iter().filter_map(start).collect()
+    };
+    for start in starts {
+        let count = start.len();
         // Changes of about a thousandth of a turn over the span.
         let all = [
             1e-3 * amplitude,
@@ -34,7 +40,6 @@ pub fn find_single(samples: &Samples<'_>) -> Option<Sinusoids> {
             1e-3 * amplitude,
             1e-4 / (duration * duration),
         ];
-        let count = if degree == 1 { 4 } else { 5 };
         let of = |p: &[f64]| Sinusoid {
             amplitude: p[0],
             phase: p[1],
@@ -44,13 +49,7 @@ pub fn find_single(samples: &Samples<'_>) -> Option<Sinusoids> {
         };
         let curve = |p: &[f64], t: f64| p[3] + of(p).voltage(t);
         // Few samples tell whether it is one at all.
-        let few = fit_curve(
-            samples,
-            &start[..count],
-            &all[..count],
-            MAX_SEARCH_SAMPLES,
-            curve,
-        );
+        let few = fit_curve(samples, &start, &all[..count], MAX_SEARCH_SAMPLES, curve);
         let Some(few) = few.filter(|few| is_likely(samples, |t| curve(&few.parameters, t))) else {
             continue;
         };
@@ -82,6 +81,31 @@ pub fn find_single(samples: &Samples<'_>) -> Option<Sinusoids> {
         });
     }
     None
+}
+
+/// Amplitude, phase, frequency and offset of the sine of so few periods that its crossings do not
+/// tell its frequency: the one among many nearest to the samples. `None` where none is near.
+fn slow_sine(samples: &Samples<'_>) -> Option<Vec<f64>> {
+    let picked = || samples.thinned(SLOW_SEARCH_SAMPLES);
+    let (first, last) = (samples.time[0], samples.time[samples.len() - 1]);
+    let of = |k: usize| {
+        let frequency = SLOW_SEARCH_STEP * k as f64 / (last - first);
+        let row = |i: usize| {
+            let (sin, cos) = (TAU * frequency * samples.time[i]).sin_cos();
+            [1.0, sin, cos]
+        };
+        let design = DMatrix::from_row_iterator(picked().count(), 3, picked().flat_map(row));
+        let volts = DVector::from_iterator(design.nrows(), picked().map(|i| samples.volts[i]));
+        let normal = design.transpose() * &design;
+        let c = normal.cholesky()?.solve(&(design.transpose() * &volts));
+        let left = (volts - design * &c).norm_squared();
+        let start = vec![c[1].hypot(c[2]), c[2].atan2(c[1]) / TAU, frequency, c[0]];
+        Some((left, start))
+    };
+    // As many periods as `MIN_CROSSINGS` crossings may lack.
+    let most = (0.5 * (MIN_CROSSINGS + 1) as f64 / SLOW_SEARCH_STEP) as usize;
+    let tried = (1..=most).filter_map(of);
+    tried.min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
 }
 
 /// A single sinusoid with the settings a person would have chosen.

@@ -80,6 +80,86 @@ fn what_was_set_is_found_at_every_rate_and_noise() {
     assert!(failures.is_empty(), "{}: {failures:#?}", failures.len());
 }
 
+/// Settings in tenths, recordings of a few periods, and voltages written with few decimals or read
+/// by 8 bits whose zero lies between two steps.
+#[test]
+fn short_recordings_show_what_was_set() {
+    let mut rng = ChaCha8Rng::seed_from_u64(21);
+    let mut failures = Vec::new();
+    for case in 0..160 {
+        let tenths = |from: i32, to: i32, rng: &mut ChaCha8Rng| {
+            f64::from(rng.random_range(from..=to)) / 10.0
+        };
+        let (volts, hertz) = (tenths(40, 80, &mut rng), tenths(100, 1000, &mut rng));
+        let lambda = f64::from(rng.random_range(4..30)) / 100.0;
+        let text = match case % 4 {
+            0 => format!("square:{hertz}Hz:{volts}V"),
+            1 => format!("ramped:{hertz}Hz:{volts}V:{lambda}"),
+            2 => format!("triangle:{hertz}Hz:{volts}V"),
+            _ => format!("sine:{hertz}Hz:{volts}V"),
+        };
+        let drive = Waveform::parse(&text, 1.0).unwrap();
+        let duration = tenths(60, 120, &mut rng) / 100.0;
+        let step = [0.0, 1e-5, 1e-3, 20.0 / 256.0][case / 4 % 4];
+        let between = if step > 1e-2 { 0.5 * step } else { 0.0 };
+        let shifted = |t| drive.voltage(t) - between;
+        let (time, mut read) = sampled(shifted, 50e3, duration, (0.0, step), 0);
+        read.iter_mut().for_each(|v| *v += between);
+        let found = recognised(&time, &read);
+        let waveform = found.waveform("test", 0.0);
+        let off = |&t: &f64| (waveform.voltage(t) - drive.voltage(t)).abs();
+        let far = |t: &&f64| found.edges.iter().all(|e| (e.time - **t).abs() > 21e-6);
+        let worst = time.iter().filter(far).map(off).fold(0.0, f64::max);
+        if !found.recognised || worst > 0.75 * step + 1e-6 {
+            failures.push(format!(
+                "{text} {duration} s step {step}: {} off {worst:.6}",
+                found.text
+            ));
+        }
+    }
+    assert!(failures.is_empty(), "{}: {failures:#?}", failures.len());
+}
+
+/// Tables of points with one decimal of a volt and of a millisecond, read by 8 bits.
+#[test]
+fn a_typed_table_is_found_through_a_coarse_digitiser() {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let mut worst = Vec::new();
+    for case in 0..20 {
+        let mut points = vec![(0.0, 0.0)];
+        let mut end = 0.0;
+        while end < 0.1 {
+            end += f64::from(rng.random_range(15..90)) * 1e-4;
+            let volts = f64::from(rng.random_range(-78..=78)) / 10.0;
+            let last = points[points.len() - 1].1;
+            let stays = rng.random_range(0..4) == 0;
+            points.push((end, if stays { last } else { volts }));
+        }
+        let table = |t: f64| {
+            let i = points
+                .partition_point(|p| p.0 <= t)
+                .clamp(1, points.len() - 1);
+            let (a, b) = (points[i - 1], points[i]);
+            a.1 + (b.1 - a.1) * (t - a.0) / (b.0 - a.0)
+        };
+        let between = 10.0 / 256.0;
+        let (time, mut read) = sampled(|t| table(t) - between, 50e3, 0.1, (0.0, 20.0 / 256.0), 0);
+        read.iter_mut().for_each(|v| *v += between);
+        let found = recognised(&time, &read);
+        assert!(found.recognised, "{case}: {}", found.text);
+        let waveform = found.waveform("test", 0.0);
+        // The last piece ends with the recording, not with its line.
+        let inside = found.pieces[found.pieces.len() - 2].start;
+        let off = time.iter().take_while(|t| **t < inside);
+        let off = off.map(|&t| (waveform.voltage(t) - table(t)).abs());
+        worst.push(off.fold(0.0, f64::max));
+    }
+    let exact = worst.iter().filter(|off| **off < 1e-6).count();
+    // Corners that hardly turn, and voltages that differ by about a step, stay hidden.
+    assert!(exact >= 9, "{exact} of 20 exactly: {worst:.3?}");
+    assert!(worst.iter().all(|off| *off < 0.15), "{worst:.3?}");
+}
+
 /// Largest distance of the found voltage from the true one \[V\], away from edges, and the largest
 /// error of an edge \[s\].
 fn worst(
