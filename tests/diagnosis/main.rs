@@ -4,6 +4,7 @@ mod choices;
 mod diagnose;
 #[path = "../../examples/diagnose.rs"]
 mod example;
+mod invariance;
 
 #[test]
 fn the_example_runs() {
