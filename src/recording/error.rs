@@ -330,6 +330,10 @@ pub enum WarningKind {
     FormatNote,
     /// A column has a known name but a unit that does not fit, or no numbers; left out.
     IgnoredColumn,
+    /// Trials were averaged: how they lie over each other and differ.
+    Averaged,
+    /// Two runs with one point each were merged: their lag, and how their voltages agree.
+    Merged,
 }
 
 /// A partial problem: the recording was read, but the user should know.

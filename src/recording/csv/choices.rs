@@ -5,7 +5,9 @@ use super::columns::names::{Column, Role};
 use super::columns::units::{kind_of, unit_shift};
 use super::columns::{Question, Topic, found_names};
 use super::preview::Preview;
-use super::settings::{ColumnChoice, Decimal, Encoding, ImportSettings, Quantity, SampleClock};
+use super::settings::{
+    ColumnChoice, Decimal, DriftRemoval, Encoding, ImportSettings, Quantity, SampleClock,
+};
 use crate::recording::Channel;
 use crate::recording::error::ImportError;
 
@@ -30,6 +32,8 @@ pub struct ReadingChoices {
     pub decimal: Option<Decimal>,
     /// Whether rows may be lost that are more than a few.
     pub accept_losses: bool,
+    /// What is taken out of a displacement that is integrated.
+    pub drift: DriftRemoval,
 }
 
 impl ReadingChoices {
@@ -43,6 +47,9 @@ impl ReadingChoices {
             preview.settle(Topic::Decimal);
         }
         preview.settings.accept_losses |= self.accept_losses;
+        if !self.drift.is_none() {
+            preview.settings.drift = self.drift;
+        }
         if let Some(trial) = self.trial {
             preview.choose_trial(trial)?;
         }

@@ -4,6 +4,7 @@ use super::columns::names::Role;
 use super::columns::sample::ColumnSample;
 use super::columns::{Question, Topic, several};
 use super::settings::{ColumnChoice, ImportSettings};
+use crate::recording::Channel;
 use crate::recording::error::{ImportError, ImportWarning};
 
 /// One of several recordings in a file.
@@ -95,6 +96,26 @@ impl Preview {
     #[must_use]
     pub fn has_motion(&self) -> bool {
         self.settings.proof_mass.is_some() || !self.trials.is_empty()
+    }
+
+    /// Reads the only displacement of a file as the proof mass; which point the file says that it is.
+    pub(super) fn take_single_point(&mut self) -> Channel {
+        let settings = &mut self.settings;
+        if settings.proof_mass.is_some() || settings.cantilever.is_none() {
+            return Channel::ProofMass;
+        }
+        settings.proof_mass = settings.cantilever.take();
+        (settings.xp_scale, settings.xp_offset) = (settings.xc_scale, settings.xc_offset);
+        self.settle(Topic::Column(Role::ProofMass));
+        // What is open of the one is open of the other.
+        for question in &mut self.questions {
+            match question.topic {
+                Topic::Unit(Role::Cantilever) => question.topic = Topic::Unit(Role::ProofMass),
+                Topic::Scale(Role::Cantilever) => question.topic = Topic::Scale(Role::ProofMass),
+                _ => {}
+            }
+        }
+        Channel::Cantilever
     }
 
     /// Asks which of the recordings of a file with several is meant.

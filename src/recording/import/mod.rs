@@ -17,10 +17,10 @@ use std::path::Path;
 use sha2::{Digest, Sha256};
 
 use self::source::{Part, is_known, parts_of};
-use super::Recording;
 use super::csv::{self, ImportSettings, Preview, Progress, ReadingChoices};
 use super::error::{ImportError, ImportWarning, WarningKind};
 use super::formats::HEAD_BYTES;
+use super::{Channel, Recording};
 
 /// Rows of a table that are looked at to see what its columns are.
 const LOOKED_AT_ROWS: usize = 2000;
@@ -85,6 +85,64 @@ pub fn import_chosen(
         .warnings
         .splice(0..0, warning.into_iter().chain(part.notes()));
     Ok(source.named(recording, part))
+}
+
+/// Reads several of the recordings of a file, those of `which` (from 1), all of them where it is `None`,
+/// each named by its number where there are several.
+///
+/// # Errors
+/// As [`import_chosen`]; a number that the file does not have.
+pub fn import_trials(
+    path: &Path,
+    choices: &ReadingChoices,
+    which: Option<&[usize]>,
+    progress: Option<&Progress>,
+) -> Result<Vec<Recording>, ImportError> {
+    let numbers: Vec<usize> = match which {
+        Some(which) => which.to_vec(),
+        // A file that leaves something else open is explained by the import itself.
+        None => (1..=trials(path).map_or(1, |names| names.len())).collect(),
+    };
+    let is_single = which.is_none() && numbers.len() == 1;
+    let one = |number: usize| {
+        let choices = ReadingChoices {
+            trial: (!is_single).then_some(number),
+            ..choices.clone()
+        };
+        let mut recording = import_chosen(path, &choices, progress)?;
+        if !is_single {
+            recording.name = format!("{}, recording {number}", csv::short_name(path));
+        }
+        Ok(recording)
+    };
+    numbers.into_iter().map(one).collect()
+}
+
+/// Reads a recording with one displacement, whichever point of the device it is of: it is in
+/// [`Recording::proof_mass`], and the channel says what the file calls it. For
+/// [`super::combine::merge_points`].
+///
+/// # Errors
+/// As [`import_chosen`].
+pub fn import_point(
+    path: &Path,
+    choices: &ReadingChoices,
+    progress: Option<&Progress>,
+) -> Result<(Recording, Channel), ImportError> {
+    let Some(source) = Source::open(path, progress)? else {
+        let file = path.display().to_string();
+        let bytes = csv::read_file(path, progress)?;
+        let (mut recording, channel) = csv::import_bytes_point(&file, &bytes, choices)?;
+        recording.name = csv::short_name(path);
+        recording.path = Some(path.to_owned());
+        return Ok((recording, channel));
+    };
+    let (part, warning) = source.chosen(choices)?;
+    let within = source.within_part(choices);
+    let (mut recording, channel) = csv::import_bytes_point(&source.file, &part.text(), &within)?;
+    let notes = warning.into_iter().chain(part.notes());
+    recording.warnings.splice(0..0, notes);
+    Ok((source.named(recording, part), channel))
 }
 
 /// The recordings that a file holds, each as [`import_chosen`] would take it, by name. Names are empty
