@@ -55,6 +55,9 @@ pub enum ImportError {
     /// A file of a known format could not be read; the message says what, where and what to do.
     #[error("{0}")]
     Format(FileText),
+    /// Recordings cannot be put together; the message says which, why and what to do.
+    #[error("{0}")]
+    Combine(FileText),
     /// A drive is to be read, and no column is a voltage.
     #[error("{file}, line {line}: there is no voltage column; give a CSV with t [s] and V [V]")]
     NoVoltageColumn { file: FileText, line: usize },

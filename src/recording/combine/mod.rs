@@ -12,6 +12,7 @@ mod merge;
 mod misfit;
 mod overlay;
 mod said;
+mod setting;
 pub(super) mod spread;
 mod stack;
 #[cfg(test)]
@@ -23,4 +24,5 @@ pub use self::error::CombineError;
 pub use self::merge::merge_points;
 pub use self::misfit::{AveragedTrial, Misfit};
 pub use self::overlay::{Overlay, VoltageAgreement, compare_voltages, lay_over};
+pub use self::setting::Combination;
 pub use self::spread::TrialSpread;

@@ -92,6 +92,27 @@ impl Preview {
         Ok(())
     }
 
+    /// `settings` for recording `number` (from 1) of those in the file: its columns, read as those of the
+    /// recording that `settings` are for.
+    #[must_use]
+    pub fn settings_of_trial(&self, settings: &ImportSettings, number: usize) -> ImportSettings {
+        let mut own = ImportSettings {
+            trial: Some(number),
+            ..settings.clone()
+        };
+        let trial = number.checked_sub(1).and_then(|i| self.trials.get(i));
+        let Some(columns) = trial.and_then(|trial| trial.columns.clone()) else {
+            return own;
+        };
+        for (role, column) in Role::ALL.into_iter().zip(columns) {
+            let index = column.as_ref().map(|column| column.index);
+            let as_chosen = role.of(settings).cloned().zip(index);
+            let as_chosen = as_chosen.map(|(chosen, index)| ColumnChoice { index, ..chosen });
+            role.set(&mut own, as_chosen.or(column));
+        }
+        own
+    }
+
     /// Whether a displacement or another motion was recognised.
     #[must_use]
     pub fn has_motion(&self) -> bool {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 pub use super::integrate::drift::DriftRemoval;
 use crate::recording::Channel;
+use crate::recording::combine::Combination;
 use crate::recording::error::ImportError;
 pub use crate::recording::formats::raw_table::SampleClock;
 
@@ -308,6 +309,9 @@ pub struct ImportSettings {
     /// What is taken out of an integrated velocity or acceleration.
     #[serde(skip_serializing_if = "DriftRemoval::is_none")]
     pub drift: DriftRemoval,
+    /// What else the recording is made of than the rows of the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub combine: Option<Combination>,
 }
 
 impl Default for ImportSettings {
@@ -335,6 +339,7 @@ impl Default for ImportSettings {
             xc_scale: 1.0,
             xc_offset: 0.0,
             drift: DriftRemoval::None,
+            combine: None,
         }
     }
 }

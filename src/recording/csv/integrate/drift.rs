@@ -90,7 +90,7 @@ pub fn remove_drift(drift: DriftRemoval, time: &[f64], values: &mut [f64], unit:
             .zip(values.iter())
             .filter(|(_, x)| x.is_finite())
     };
-    let (Some((start, first)), Some((end, last))) = (seen().next(), seen().last()) else {
+    let (Some((start, first)), Some((end, last))) = (seen().next(), seen().next_back()) else {
         return "no drift is taken out".to_owned();
     };
     let (start, span, net) = (*start, end - start, last - first);
