@@ -333,6 +333,8 @@ pub enum WarningKind {
     FormatNote,
     /// A column has a known name but a unit that does not fit, or no numbers; left out.
     IgnoredColumn,
+    /// What a unit of the instrument stands for was answered before.
+    KnownSensitivity,
     /// Trials were averaged: how they lie over each other and differ.
     Averaged,
     /// Two runs with one point each were merged: their lag, and how their voltages agree.

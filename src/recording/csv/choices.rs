@@ -157,7 +157,11 @@ fn choose(role: Role, index: usize, preview: &mut Preview) {
             .into(),
         };
         let topic = Topic::Unit(role);
-        preview.questions.push(Question { topic, error });
+        preview.questions.push(Question {
+            topic,
+            error,
+            short: None,
+        });
     }
     let unit = named
         .or(kept)

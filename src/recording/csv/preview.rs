@@ -149,6 +149,7 @@ impl Preview {
         let question = Question {
             topic: Topic::Trial,
             error,
+            short: None,
         };
         self.questions.insert(0, question);
         let trial = |name| Trial {
@@ -158,8 +159,11 @@ impl Preview {
         self.trials = names.into_iter().map(trial).collect();
     }
 
-    /// Forgets the questions about a topic.
+    /// Forgets the questions about a topic, and what was said of them.
     pub(super) fn settle(&mut self, topic: Topic) {
+        let settled = self.questions.iter().filter(|q| q.topic == topic);
+        let shorts: Vec<String> = settled.filter_map(|q| q.short.clone()).collect();
+        self.ambiguities.retain(|line| !shorts.contains(line));
         self.questions.retain(|question| question.topic != topic);
     }
 }

@@ -4,9 +4,7 @@ use std::borrow::Cow;
 
 use super::columns::header_line::{HeaderLine, find_header_line};
 use super::columns::sample::{self, certain_decimal};
-use super::columns::{
-    Mapping, Question, TableFacts, Topic, header_clock, map_by_count, map_header,
-};
+use super::columns::{Mapping, TableFacts, Topic, header_clock, map_by_count, map_header};
 use super::line::{cells, is_skipped, show, show_row, uncomment};
 use super::number::marks::{Evidence, Verdict};
 use super::number::{self, calendar};
@@ -407,10 +405,6 @@ impl Table<'_> {
             question: question.clone().into(),
             options: "--decimal point or --decimal comma".into(),
         };
-        mapping.ambiguities.push(question);
-        mapping.questions.push(Question {
-            topic: Topic::Decimal,
-            error,
-        });
+        mapping.ask(Topic::Decimal, error, question);
     }
 }

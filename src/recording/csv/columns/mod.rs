@@ -123,6 +123,7 @@ pub(super) fn map_by_count(
     mapping.questions.push(Question {
         topic: Topic::Column(Role::ProofMass),
         error,
+        short: None,
     });
     mapping.warn(WarningKind::NoHeader, Some(line), short);
     mapping

@@ -229,6 +229,7 @@ impl<'a> ColumnSearch<'a> {
                 self.mapping.questions.push(super::Question {
                     topic: Topic::Unit(Role::Time),
                     error,
+                    short: None,
                 });
             }
             _ => self.assumed(Role::Time, i, unit),
@@ -391,9 +392,11 @@ impl<'a> ColumnSearch<'a> {
             let options = format!("--unit {}=um (or m, mm, nm)", role.symbol());
             let error = self.undecided(question, options);
             let topic = Topic::Unit(role);
-            self.mapping
-                .questions
-                .push(super::Question { topic, error });
+            self.mapping.questions.push(super::Question {
+                topic,
+                error,
+                short: None,
+            });
         }
         unit.to_owned()
     }
