@@ -29,6 +29,7 @@ pub(crate) mod write;
 
 pub use self::choices::ReadingChoices;
 pub(super) use self::columns::several;
+pub(super) use self::number::text_marks::{TextMarks, is_number_in_text};
 pub use self::open_preview::{preview, preview_bytes, trials};
 pub use self::preview::{Preview, Trial};
 pub(super) use self::read::hex;

@@ -6,6 +6,7 @@ pub(super) mod calendar;
 pub(super) mod marks;
 mod plain_cell;
 pub(super) mod relative_time;
+pub(super) mod text_marks;
 
 use self::marks::Marks;
 use self::plain_cell::PlainCell;
