@@ -4,7 +4,7 @@
 use super::error::CombineError;
 use super::interpolate::at_instants;
 use super::overlay::{Overlay, compare_voltages, differ, lay_over};
-use super::words::{clock_in_words, lag_in_words, period_in_words};
+use super::said::{clock_in_words, lag_in_words, period_in_words};
 use crate::model::unit::{counted, format_quantity};
 use crate::recording::error::{ImportWarning, WarningKind};
 use crate::recording::{Channel, Recording};

@@ -17,7 +17,6 @@ pub(super) mod spread;
 mod stack;
 #[cfg(test)]
 mod tests;
-mod words;
 
 pub use self::average::{Average, AverageOptions, average};
 pub use self::error::CombineError;

@@ -8,6 +8,8 @@ use super::misfit::Laid;
 use super::spread::TrialSpread;
 use crate::recording::{Channel, Recording};
 
+/// Names of files in the name of an average.
+const MAX_NAMES: usize = 6;
 /// Fewest samples that all trials have in common.
 const MIN_COMMON_SAMPLES: usize = 16;
 
@@ -158,14 +160,13 @@ impl Stack {
 
 /// Names in a row; those of the trials of one file with the file's name once.
 fn listed(names: &[&str]) -> String {
-    const MOST: usize = 6;
     let mut distinct: Vec<&str> = names.to_vec();
     distinct.dedup();
     if let [only] = distinct.as_slice() {
         return format!("{} trials of {only}", names.len());
     }
-    let mut shown: Vec<&str> = distinct.iter().take(MOST).copied().collect();
-    if distinct.len() > MOST {
+    let mut shown: Vec<&str> = distinct.iter().take(MAX_NAMES).copied().collect();
+    if distinct.len() > MAX_NAMES {
         shown.push("...");
     }
     shown.join(", ")
