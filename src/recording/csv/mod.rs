@@ -11,6 +11,7 @@
 mod choices;
 mod columns;
 mod finish;
+mod in_order;
 pub mod integrate;
 mod line;
 mod number;

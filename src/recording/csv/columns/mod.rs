@@ -6,6 +6,7 @@ mod mapping;
 pub(super) mod meant;
 mod motion;
 pub(super) mod names;
+mod role;
 pub(super) mod sample;
 mod search;
 pub(super) mod trials;

@@ -331,33 +331,6 @@ impl<'a> ColumnSearch<'a> {
         role.set(settings, Some(ColumnChoice::new(*first, unit)));
     }
 
-    /// Of x and y, which a camera sees, y is the height.
-    fn height_of_plane(&mut self, candidates: &mut Vec<usize>) {
-        let axis = |i: &usize| self.column(*i).and_then(Column::axis);
-        let [a, b] = candidates.as_slice() else {
-            return;
-        };
-        let (y, x) = match (axis(a), axis(b)) {
-            (Some('x'), Some('y')) => (*b, *a),
-            (Some('y'), Some('x')) => (*a, *b),
-            _ => return,
-        };
-        let message = format!(
-            "column {} is taken for the height; column {} is sideways and is left out",
-            self.name(y),
-            self.name(x)
-        );
-        if self.facts.is_si {
-            let line = Some(self.facts.line);
-            self.mapping.warn(WarningKind::GuessedColumn, line, message);
-        } else {
-            self.mapping
-                .guess(WarningKind::GuessedColumn, self.facts.line, message);
-        }
-        self.taken.push(x);
-        *candidates = vec![y];
-    }
-
     /// Says which columns with a less fitting name are not used.
     fn others_with_a_name(&mut self, role: Role, chosen: usize) {
         let others = self.free_with(|c| c.rank(role).is_some() && c.fits(role) && c.unit.is_some());

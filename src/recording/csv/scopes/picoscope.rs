@@ -18,6 +18,10 @@ pub(super) fn read(head: &Head) -> Option<ScopeHeader> {
         DELIMITERS.iter().find_map(split)
     })?;
     let names = show_row(head.lines.get(line - 1)?, delimiter);
+    // Other programs write units in brackets, too, but no empty line below them.
+    if !head.lines.get(line + 1)?.trim_ascii().is_empty() {
+        return None;
+    }
     let is_name = |name: &String| name.trim().parse::<f64>().is_err();
     if names.len() != units.len() || !names.iter().all(is_name) {
         return None;
