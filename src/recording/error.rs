@@ -108,6 +108,14 @@ pub enum ImportError {
         found: FileText,
     },
     #[error(
+        "{file}, line {line}: this is a spectrum ({found}), not a recording in time; export the time signal"
+    )]
+    Spectrum {
+        file: FileText,
+        line: usize,
+        found: FileText,
+    },
+    #[error(
         "{file}, line {line}: no position column among {found}; name one \"xp [um]\" (or m, mm, nm), or choose one with --column xp=NAME or in the import window"
     )]
     NoPositionColumn {

@@ -68,6 +68,15 @@ impl Preview {
         self.questions.iter().map(|question| &question.error)
     }
 
+    /// What is still to be decided, in short: without the file and the options of the command line.
+    pub fn open_points(&self) -> impl Iterator<Item = String> {
+        let text = |question: &Question| match &question.short {
+            Some(short) => short.clone(),
+            None => question.error.to_string(),
+        };
+        self.questions.iter().map(text)
+    }
+
     /// Takes recording `number` (from 1) of those in the file.
     ///
     /// # Errors

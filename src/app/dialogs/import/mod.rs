@@ -9,7 +9,9 @@ mod table;
 
 use std::path::PathBuf;
 
-use eframe::egui::{Align2, Button, ComboBox, Grid, Id, RichText, TextEdit, Ui, Window};
+use eframe::egui::{
+    Align2, Button, ComboBox, Grid, Id, RichText, ScrollArea, TextEdit, Ui, Window,
+};
 
 use self::columns::{
     Names, chooser, drift, interval, lines_before, micrometres, pick, scale, sensitivity,
@@ -34,6 +36,8 @@ const MOTION_UNITS: [&str; 11] = [
     "m", "cm", "mm", "um", "nm", "m/s", "mm/s", "um/s", "m/s^2", "V", "mV",
 ];
 
+/// Height of the dialog's title and buttons, and of what stays free around it \[points\].
+const FRAME_HEIGHT: f32 = 110.0;
 /// What the choice of t = 0 means.
 const ZERO_HELP: &str = "The first row: times count from the first sample, where the simulation \
      starts. The file's own zero: times stay as in the file; choose it if its zero means something, \
@@ -199,26 +203,35 @@ impl ImportDialog {
             .default_width(760.0)
             .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
             .show(ui, |ui| {
-                self.findings(ui);
-                again = self.trials(ui);
-                self.together.show(ui, self.preview.trials.len());
-                self.settings.combine = self.together.combination();
-                ui.separator();
-                self.columns(ui, field);
-                self.clock(ui);
-                ui.separator();
-                if self.preview.is_text {
-                    self.text(ui);
-                    ui.separator();
-                }
-                table::show(ui, &self.cells, self.settings.decimal, &self.roles());
+                // The buttons stay in sight in a low window.
+                let most = ui.ctx().content_rect().height() - FRAME_HEIGHT;
+                ScrollArea::vertical()
+                    .id_salt("import settings")
+                    .max_height(most.max(200.0))
+                    .show(ui, |ui| {
+                        self.findings(ui);
+                        again = self.trials(ui);
+                        self.together.show(ui, self.preview.trials.len());
+                        self.settings.combine = self.together.combination();
+                        ui.separator();
+                        self.columns(ui, field);
+                        self.clock(ui);
+                        ui.separator();
+                        if self.preview.is_text {
+                            self.text(ui);
+                            ui.separator();
+                        }
+                        table::show(ui, &self.cells, self.settings.decimal, &self.roles());
+                        ui.separator();
+                        let missing = self.missing();
+                        let said =
+                            |text: &str| self.preview.warnings.iter().any(|w| w.message == text);
+                        let (path, size) = (&self.path, self.preview.size);
+                        self.live
+                            .show(ui, path, size, &self.settings, missing.is_none(), said);
+                    });
                 ui.separator();
                 let missing = self.missing();
-                let said = |text: &str| self.preview.warnings.iter().any(|w| w.message == text);
-                let (path, size) = (&self.path, self.preview.size);
-                self.live
-                    .show(ui, path, size, &self.settings, missing.is_none(), said);
-                ui.separator();
                 ui.horizontal(|ui| {
                     let import = ui.add_enabled(missing.is_none(), Button::new("Import"));
                     accepted |= import.clicked();
@@ -248,11 +261,12 @@ impl ImportDialog {
         ui.strong(&self.preview.name)
             .on_hover_text(self.path.to_string_lossy());
         let color = theme::error(ui.visuals().dark_mode);
-        if let Some(problem) = self.preview.problem() {
-            ui.colored_label(color, problem.to_string());
+        let mut open: Vec<String> = self.preview.open_points().collect();
+        open.dedup();
+        for point in &open {
+            ui.colored_label(color, point);
         }
-        let problem = self.preview.problem().map(ToString::to_string);
-        let is_said = |line: &String| problem.as_ref().is_some_and(|text| text.contains(line));
+        let is_said = |line: &String| open.iter().any(|point| point.contains(line));
         for line in self
             .preview
             .ambiguities
