@@ -189,6 +189,15 @@ pub enum ImportError {
         "{file}: with a time offset of {offset} s neighbouring times are the same number; give a smaller offset"
     )]
     OffsetTooLarge { file: FileText, offset: FileText },
+    #[error(
+        "{file}: --column {choice} takes column {column} (\"{name}\"), which another channel has: one column twice; give each its own (a name that is a number goes before a place)"
+    )]
+    ColumnTwice {
+        file: FileText,
+        choice: FileText,
+        column: usize,
+        name: FileText,
+    },
     #[error("{file}: import setting {setting} is {value}; give a finite number")]
     BadSetting {
         file: FileText,

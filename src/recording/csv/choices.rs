@@ -56,9 +56,14 @@ impl ReadingChoices {
         if let Some(interval) = self.interval {
             self.set_clock(interval, preview);
         }
+        let mut chosen: Vec<usize> = Vec::with_capacity(self.columns.len());
         for (symbol, column) in &self.columns {
             let role = role_of("--column", symbol, preview)?;
             let index = column_named(column, preview)?;
+            if chosen.contains(&index) {
+                return Err(twice(symbol, column, index, preview));
+            }
+            chosen.push(index);
             choose(role, index, preview);
         }
         for (symbol, unit) in &self.units {
@@ -110,6 +115,17 @@ fn column_named(name: &str, preview: &Preview) -> Result<usize, ImportError> {
         name: name.trim().into(),
         found: found_names(&preview.header).into(),
     })
+}
+
+/// One column for two channels, as where a name is a number, too.
+fn twice(symbol: &str, column: &str, index: usize, preview: &Preview) -> ImportError {
+    let name = preview.header.get(index).map_or("", |cell| cell.trim());
+    ImportError::ColumnTwice {
+        file: preview.name.clone().into(),
+        choice: format!("{symbol}={column}").into(),
+        column: index + 1,
+        name: name.into(),
+    }
 }
 
 /// Takes a column for a role, in the unit that the header gives it.
