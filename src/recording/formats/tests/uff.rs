@@ -58,6 +58,17 @@ fn spectra_are_left_out_or_refused() {
     assert!(refused.contains("no time histories"), "{refused}");
 }
 
+/// Found by fuzzing: functions whose header promises values that are not there made a table without rows.
+#[test]
+fn functions_without_values_are_refused() {
+    let bytes = include_bytes!("../../../../assets/test_files/formats/uff/no_values.uff");
+    let said = refusal(("a.uff", bytes));
+    assert!(
+        said.contains("a.uff") && said.contains("no values"),
+        "{said}"
+    );
+}
+
 #[test]
 fn units_of_the_file() {
     let read = table(test_file!("uff/units_164.uff"));
