@@ -55,6 +55,9 @@ pub enum ImportError {
     /// A file of a known format could not be read; the message says what, where and what to do.
     #[error("{0}")]
     Format(FileText),
+    /// Recordings cannot be put together; the message says which, why and what to do.
+    #[error("{0}")]
+    Combine(FileText),
     /// A drive is to be read, and no column is a voltage.
     #[error("{file}, line {line}: there is no voltage column; give a CSV with t [s] and V [V]")]
     NoVoltageColumn { file: FileText, line: usize },
@@ -100,6 +103,14 @@ pub enum ImportError {
         "{file}, line {line}: no time column among {found}; name one \"t [s]\" (or ms, us), choose one with --column t=NAME or in the import window, or give --dt or --rate"
     )]
     NoTimeColumn {
+        file: FileText,
+        line: usize,
+        found: FileText,
+    },
+    #[error(
+        "{file}, line {line}: this is a spectrum ({found}), not a recording in time; export the time signal"
+    )]
+    Spectrum {
         file: FileText,
         line: usize,
         found: FileText,
@@ -178,6 +189,15 @@ pub enum ImportError {
         "{file}: with a time offset of {offset} s neighbouring times are the same number; give a smaller offset"
     )]
     OffsetTooLarge { file: FileText, offset: FileText },
+    #[error(
+        "{file}: --column {choice} takes column {column} (\"{name}\"), which another channel has: one column twice; give each its own (a name that is a number goes before a place)"
+    )]
+    ColumnTwice {
+        file: FileText,
+        choice: FileText,
+        column: usize,
+        name: FileText,
+    },
     #[error("{file}: import setting {setting} is {value}; give a finite number")]
     BadSetting {
         file: FileText,
@@ -330,6 +350,12 @@ pub enum WarningKind {
     FormatNote,
     /// A column has a known name but a unit that does not fit, or no numbers; left out.
     IgnoredColumn,
+    /// What a unit of the instrument stands for was answered before.
+    KnownSensitivity,
+    /// Trials were averaged: how they lie over each other and differ.
+    Averaged,
+    /// Two runs with one point each were merged: their lag, and how their voltages agree.
+    Merged,
 }
 
 /// A partial problem: the recording was read, but the user should know.

@@ -10,6 +10,7 @@
 pub mod align;
 pub(crate) mod assemble;
 mod channel;
+pub mod combine;
 pub mod compare;
 pub mod csv;
 pub(crate) mod error;
@@ -45,6 +46,7 @@ use std::sync::{Arc, OnceLock};
 
 use thiserror::Error;
 
+use self::combine::spread::TrialSpread;
 use self::experiment_setup::{DriveSource, InstrumentUnknowns};
 use self::instrument_faults::thresholds::MAX_MISSING_ROW_SHARE;
 use self::instrument_faults::{Columns, InstrumentFaults, find_faults};
@@ -103,6 +105,8 @@ pub struct Recording {
     pub drive_source: DriveSource,
     /// What of its instrument is unknown; `None` leaves it to the options of fit and diagnosis.
     pub instrument: Option<InstrumentUnknowns>,
+    /// How the trials differ whose average it is ([`combine::average`]).
+    pub spread: Option<Arc<TrialSpread>>,
     /// Kept because it is asked for at every interpolation.
     interval: f64,
     /// What is computed of it when first asked for.
@@ -182,6 +186,7 @@ impl Recording {
             warnings: Vec::new(),
             drive_source: DriveSource::default(),
             instrument: None,
+            spread: None,
             interval,
             derived: Derived::default(),
         })
@@ -371,7 +376,7 @@ impl Recording {
         }
     }
 
-    /// The noise of a channel. Estimated once.
+    /// The noise of a channel; of an average at least what its trials show. Estimated once.
     ///
     /// # Errors
     /// [`NoiseError`] if the channel was not recorded or is too short.
@@ -380,7 +385,13 @@ impl Recording {
             let values = self
                 .channel(channel)
                 .ok_or(NoiseError::NotRecorded(channel.symbol()))?;
-            estimate_noise(self.axis(), values)
+            let mut estimate = estimate_noise(self.axis(), values)?;
+            // Both are least values: differences of neighbours see nothing slow, trials nothing that
+            // they have in common.
+            let spread = self.spread.as_ref();
+            let of_average = spread.and_then(|s| s.noise_of_average(channel));
+            estimate.sigma = estimate.sigma.max(of_average.unwrap_or(0.0));
+            Ok(estimate)
         };
         let slot = &self.derived.noise[channel as usize];
         slot.get_or_init(estimate).clone()
@@ -463,6 +474,9 @@ impl Recording {
         keep(&mut self.proof_mass);
         self.voltage.iter_mut().for_each(keep);
         self.cantilever.iter_mut().for_each(keep);
+        if let Some(spread) = &mut self.spread {
+            Arc::make_mut(spread).retain(&is_read);
+        }
         self.interval = median_interval(&self.time);
     }
 

@@ -2,5 +2,6 @@
 
 mod features_of_recordings;
 mod features_of_simulation;
+mod forms;
 mod fuzz;
 mod recordings;

@@ -52,6 +52,9 @@ pub fn receive(services: &mut Services) -> bool {
                     .iter()
                     .find(|o| o.recording.path.as_ref() == Some(&path))
                     .map(|o| o.import.clone());
+                let open = services.state.setup.overlays.iter();
+                let runs = open.filter_map(|o| o.recording.path.clone()).collect();
+                services.dialogs.know_runs(runs);
                 services.dialogs.ask_import(path, *preview, known);
             }
             FileEvent::Preset { preset } => {

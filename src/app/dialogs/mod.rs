@@ -1,14 +1,11 @@
 //! Dialogs, one file each: import settings, path, command palette, help, about.
 
 mod about;
-mod columns;
 mod help;
 mod import;
 mod new_device;
 mod palette;
 mod path;
-mod sample;
-mod table;
 #[cfg(test)]
 mod tests;
 
@@ -83,6 +80,8 @@ pub enum Answer {
 #[derive(Debug, Default)]
 pub struct Dialogs {
     import: Option<ImportDialog>,
+    /// The recordings that are open.
+    runs: Vec<PathBuf>,
     device: Option<NewDeviceDialog>,
     path: Option<PathDialog>,
     palette: Option<Palette>,
@@ -101,7 +100,12 @@ impl Dialogs {
 
     /// Opens the import settings of a recording; starts from `known` settings, if given.
     pub fn ask_import(&mut self, path: PathBuf, preview: Preview, known: Option<ImportSettings>) {
-        self.import = Some(ImportDialog::new(path, preview, known));
+        self.import = Some(ImportDialog::new(path, preview, known, &self.runs));
+    }
+
+    /// Says which recordings are open: those that another one can be put together with.
+    pub fn know_runs(&mut self, runs: Vec<PathBuf>) {
+        self.runs = runs;
     }
 
     /// Describes a new device.

@@ -2,7 +2,7 @@
 
 use eframe::egui::{Align2, Button, Grid, Id, RichText, ScrollArea, TextEdit, Ui, Window};
 
-use super::columns::name;
+use super::import::columns::name;
 use super::{Answer, enter, escape};
 use crate::app::theme;
 use crate::app::widgets::text::small;

@@ -10,7 +10,9 @@ use std::time::{Duration, Instant};
 
 use super::event::{FileEvent, Purpose, failed};
 use super::jobs::{Context, Jobs, Repaint, Working};
-use super::reading::{ask_trial, drawn_from, drive_from, import_with, open};
+use super::reading::{
+    ask_trial, drawn_from, drive_from, import_with, open, take_known_sensitivities,
+};
 use super::recent::absolute;
 use super::session_text::RecordingEntry;
 use crate::app::analysis::job::panic_text;
@@ -145,10 +147,13 @@ impl Files {
         let path = absolute(&path);
         self.spawn(path.clone(), move |_| {
             Some(match preview(&path) {
-                Ok(preview) => FileEvent::Ask {
-                    path,
-                    preview: Box::new(preview),
-                },
+                Ok(mut preview) => {
+                    take_known_sensitivities(&path, &mut preview);
+                    FileEvent::Ask {
+                        path,
+                        preview: Box::new(preview),
+                    }
+                }
                 Err(error) => failed(&error),
             })
         });

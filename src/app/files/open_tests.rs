@@ -106,6 +106,42 @@ fn an_ambiguous_recording_asks_and_its_settings_are_stored() {
 }
 
 #[test]
+fn the_sensitivity_of_an_instrument_is_asked_once_a_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "t [s], V [V], xp [V]\n0, 8, 1\n0.001, 8, 2\n0.002, -8, 4\n";
+    let first = write(folder.path(), "a.csv", text);
+    let found = events(|files| files.open(first.clone()));
+    let [FileEvent::Ask { preview, .. }] = &found[..] else {
+        panic!("{found:?}");
+    };
+    let mut settings = preview.settings.clone();
+    settings.proof_mass.as_mut().unwrap().scale = Some("0.5um/V".to_owned());
+    let found = events(|files| files.import(first.clone(), settings, None));
+    assert!(
+        matches!(&found[..], [FileEvent::Recording { .. }]),
+        "{found:?}"
+    );
+    // The next one of the folder is read without a question, and says so.
+    let second = write(folder.path(), "b.csv", &text.replace("-8", "8"));
+    let found = events(|files| files.open(second.clone()));
+    let [FileEvent::Recording { recording, .. }] = &found[..] else {
+        panic!("{found:?}");
+    };
+    assert!((recording.proof_mass[2] - 2e-6).abs() < 1e-18);
+    let said = |w: &crate::recording::ImportWarning| w.message.contains("0.5um/V is taken");
+    assert!(
+        recording.warnings.iter().any(said),
+        "{:?}",
+        recording.warnings
+    );
+    // Another folder asks.
+    let other = tempfile::tempdir().unwrap();
+    let third = write(other.path(), "a.csv", text);
+    let found = events(|files| files.open(third.clone()));
+    assert!(matches!(&found[..], [FileEvent::Ask { .. }]), "{found:?}");
+}
+
+#[test]
 fn the_kind_of_a_file_is_found_from_its_content() {
     let folder = tempfile::tempdir().unwrap();
     let session = folder.path().join("mine.toml");

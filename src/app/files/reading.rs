@@ -11,10 +11,10 @@ use crate::app::files::recent;
 use crate::explore::waveform::{is_waveform_file, load};
 use crate::model::drive::DriveReading;
 use crate::model::preset::Preset;
-use crate::recording::csv::{ImportSettings, ReadingChoices};
+use crate::recording::csv::{ColumnChoice, ImportSettings, Preview, ReadingChoices};
 use crate::recording::import::{import, import_voltage, preview, preview_chosen};
 use crate::recording::measured_drive::drive_of_samples;
-use crate::recording::{ImportError, ImportWarning};
+use crate::recording::{Channel, ImportError, ImportWarning, WarningKind};
 
 pub(super) fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
     let name = path.to_string_lossy().to_lowercase();
@@ -25,6 +25,7 @@ pub(super) fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
         Ok(preview) => preview,
         Err(error) => return Some(failed(&error)),
     };
+    take_known_sensitivities(&path, &mut preview);
     match recent::import_settings_for(&path) {
         // A file that has changed may need other settings than last time.
         Some(settings) => {
@@ -54,6 +55,33 @@ pub(super) fn open(path: PathBuf, context: &Context) -> Option<FileEvent> {
         }),
         // What the header leaves open was guessed without asking, so it is reported.
         None => import_with(path, preview.settings, preview.warnings, None, context),
+    }
+}
+
+/// Answers what an instrument's volts stand for as it was answered before for recordings of this folder, and
+/// says so.
+pub(super) fn take_known_sensitivities(path: &Path, preview: &mut Preview) {
+    for known in recent::sensitivities_for(path) {
+        let channels = [Channel::ProofMass, Channel::Cantilever];
+        let channel = channels.into_iter().find(|c| c.symbol() == known.channel);
+        let choice = channel.and_then(|channel| preview.settings.choice(channel));
+        let is_open = |choice: &ColumnChoice| choice.scale.is_none() && choice.unit == known.unit;
+        if !choice.is_some_and(is_open) {
+            continue;
+        }
+        let choices = ReadingChoices {
+            scales: vec![(known.channel.clone(), known.scale.clone())],
+            ..ReadingChoices::default()
+        };
+        if choices.apply(preview).is_ok() {
+            let message = format!(
+                "{}: {} is taken, as given before for recordings of this folder",
+                known.channel, known.scale
+            );
+            let kind = WarningKind::KnownSensitivity;
+            let warning = ImportWarning::new(kind, 1, None, &message);
+            preview.warnings.push(warning);
+        }
     }
 }
 
@@ -140,10 +168,13 @@ pub(super) fn ask_trial(path: PathBuf, trial: usize) -> FileEvent {
         ..ReadingChoices::default()
     };
     match preview_chosen(&path, &choices) {
-        Ok(preview) => FileEvent::Ask {
-            path,
-            preview: Box::new(preview),
-        },
+        Ok(mut preview) => {
+            take_known_sensitivities(&path, &mut preview);
+            FileEvent::Ask {
+                path,
+                preview: Box::new(preview),
+            }
+        }
         Err(error) => failed(&error),
     }
 }

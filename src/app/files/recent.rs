@@ -9,12 +9,15 @@ use serde::{Deserialize, Serialize};
 
 use super::atomic_write::{data_dir, keep_unreadable, write_atomically};
 use crate::part_files::{PartFile, sweep_parts};
+use crate::recording::Channel;
 use crate::recording::csv::ImportSettings;
 
 /// Files in the list.
 const MAX_RECENT: usize = 12;
 /// Recordings whose import settings are stored.
 const MAX_IMPORTS: usize = 100;
+/// Sensitivities of instruments that are stored.
+const MAX_SENSITIVITIES: usize = 100;
 /// The file in the data folder.
 const FILE_NAME: &str = "memory.toml";
 
@@ -27,12 +30,46 @@ static FILE_LOCK: Mutex<()> = Mutex::new(());
 struct RecentFiles {
     recent: Vec<PathBuf>,
     import: Vec<Import>,
+    sensitivity: Vec<Sensitivity>,
 }
 
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct Import {
     path: PathBuf,
     settings: ImportSettings,
+}
+
+/// What one unit of an instrument stands for in the recordings of a folder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Sensitivity {
+    folder: PathBuf,
+    /// Symbol of the channel.
+    pub channel: String,
+    /// Unit of the column.
+    pub unit: String,
+    /// For example `0.5um/V`.
+    pub scale: String,
+}
+
+/// The sensitivities that `settings` give for a file of `folder`.
+fn given(folder: &Path, settings: &ImportSettings) -> Vec<Sensitivity> {
+    let of = |channel: Channel| {
+        let choice = settings.choice(channel)?;
+        let scale = choice
+            .scale
+            .clone()
+            .filter(|_| choice.is_in_foreign_unit())?;
+        Some(Sensitivity {
+            folder: folder.to_owned(),
+            channel: channel.symbol().to_owned(),
+            unit: choice.unit.clone(),
+            scale,
+        })
+    };
+    [Channel::ProofMass, Channel::Cantilever]
+        .into_iter()
+        .filter_map(of)
+        .collect()
 }
 
 impl RecentFiles {
@@ -83,6 +120,15 @@ impl RecentFiles {
         self.recent.insert(0, path.clone());
         self.recent.truncate(MAX_RECENT);
         if let Some(settings) = settings {
+            for own in given(path.parent().unwrap_or(Path::new("")), settings) {
+                let is_other = |known: &Sensitivity| {
+                    (&known.folder, &known.channel, &known.unit)
+                        != (&own.folder, &own.channel, &own.unit)
+                };
+                self.sensitivity.retain(is_other);
+                self.sensitivity.insert(0, own);
+            }
+            self.sensitivity.truncate(MAX_SENSITIVITIES);
             self.import.retain(|known| known.path != path);
             let settings = settings.clone();
             self.import.insert(0, Import { path, settings });
@@ -129,6 +175,17 @@ pub fn remember(path: &Path, settings: Option<&ImportSettings>) {
     }
 }
 
+/// The sensitivities given before for recordings of the folder of `path`.
+pub fn sensitivities_for(path: &Path) -> Vec<Sensitivity> {
+    let path = absolute(path);
+    let (Some(folder), Some(data)) = (path.parent(), data_dir()) else {
+        return Vec::new();
+    };
+    let mut known = RecentFiles::load(&data).sensitivity;
+    known.retain(|own| own.folder == folder);
+    known
+}
+
 /// The settings with which a recording was read last time.
 pub fn import_settings_for(path: &Path) -> Option<ImportSettings> {
     let path = absolute(path);
@@ -163,6 +220,42 @@ mod tests {
         assert_eq!(list.recent[1], Path::new("/data/14.csv"));
         assert_eq!(list.import.len(), 15);
         assert!(list.import.iter().all(|i| i.settings == settings));
+    }
+
+    #[test]
+    fn sensitivities_belong_to_a_folder_a_channel_and_a_unit() {
+        use crate::recording::csv::ColumnChoice;
+
+        let folder = tempfile::tempdir().unwrap();
+        let settings = |unit: &str, scale: &str| ImportSettings {
+            proof_mass: Some(ColumnChoice {
+                scale: Some(scale.to_owned()),
+                ..ColumnChoice::new(1, unit)
+            }),
+            ..ImportSettings::default()
+        };
+        let put = |path: &str, settings: &ImportSettings| {
+            RecentFiles::change(folder.path(), |list| {
+                list.put(PathBuf::from(path), Some(settings));
+            });
+        };
+        put("/a/1.csv", &settings("V", "0.5um/V"));
+        put("/a/2.csv", &settings("px", "3um/px"));
+        put("/b/1.csv", &settings("V", "2um/V"));
+        put("/a/3.csv", &settings("V", "0.6um/V"));
+        // A displacement in metres has none.
+        put("/a/4.csv", &settings("um", "7um/V"));
+        let known = RecentFiles::load(folder.path()).sensitivity;
+        let found: Vec<(&Path, &str, &str)> = known
+            .iter()
+            .map(|s| (s.folder.as_path(), s.unit.as_str(), s.scale.as_str()))
+            .collect();
+        let (a, b) = (Path::new("/a"), Path::new("/b"));
+        assert_eq!(
+            found,
+            [(a, "V", "0.6um/V"), (b, "V", "2um/V"), (a, "px", "3um/px")]
+        );
+        assert!(known.iter().all(|s| s.channel == "xp"));
     }
 
     #[test]

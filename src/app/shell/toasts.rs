@@ -6,7 +6,8 @@
 use std::time::Duration;
 
 use eframe::egui::{
-    Align, Align2, Area, Frame, Id, Label, Layout, Order, Rect, RichText, Ui, vec2,
+    Align, Align2, Area, Context, Frame, Id, Label, LayerId, Layout, Order, Rect, RichText, Ui,
+    vec2,
 };
 
 use crate::app::dialogs::Target;
@@ -45,9 +46,15 @@ pub(super) fn show(services: &mut Services, ui: &Ui) {
     if services.state.notices.is_empty() {
         return;
     }
+    // A dialog asks for something: nothing may lie over it.
+    let order = if services.dialogs.is_open() {
+        Order::Middle
+    } else {
+        Order::Foreground
+    };
     let width = NOTICE_WIDTH.min(ui.ctx().content_rect().width() - 20.0);
     let area = Area::new(Id::unique("notices"))
-        .order(Order::Foreground)
+        .order(order)
         .interactable(false)
         .anchor(Align2::CENTER_BOTTOM, vec2(0.0, -STATUS_BAR_HEIGHT))
         .show(ui.ctx(), |ui| {
@@ -61,8 +68,16 @@ pub(super) fn show(services: &mut Services, ui: &Ui) {
             notice.since = None;
         }
     }
-    let rows = area.inner.into_iter();
-    match rows.fold(None, |clicked, row| buttons(services, ui, row).or(clicked)) {
+    let mut layers = vec![area.response.layer_id];
+    let clicked = area.inner.into_iter().fold(None, |clicked, row| {
+        let (own, layer) = buttons(services, ui, row, order);
+        layers.push(layer);
+        own.or(clicked)
+    });
+    if order == Order::Middle {
+        lay_below(ui.ctx(), &layers);
+    }
+    match clicked {
         None => {}
         Some(Clicked::Dismiss(i)) => {
             services.state.notices.remove(i);
@@ -105,15 +120,30 @@ fn texts(services: &Services, ui: &mut Ui, width: f32) -> Vec<ButtonRow> {
     rows
 }
 
-/// Draws one row of buttons, over its place in the notice. Returns which one was clicked.
-fn buttons(services: &Services, ui: &Ui, (of, place): ButtonRow) -> Option<Clicked> {
+/// Lays `own` layers below all others of their order.
+fn lay_below(context: &Context, own: &[LayerId]) {
+    let is_other = |layer: &LayerId| layer.order == Order::Middle && !own.contains(layer);
+    let others: Vec<LayerId> =
+        context.memory(|memory| memory.layer_ids().filter(is_other).collect());
+    for layer in others {
+        context.move_to_top(layer);
+    }
+}
+
+/// Draws one row of buttons, over its place in the notice. Returns which one was clicked, and the layer.
+fn buttons(
+    services: &Services,
+    ui: &Ui,
+    (of, place): ButtonRow,
+    order: Order,
+) -> (Option<Clicked>, LayerId) {
     let mut clicked = None;
     // By what it says, not by its place in the list: when an older notice goes while a button is
     // pressed, the button stays the same.
     let notice = of.and_then(|i| services.state.notices.get(i));
     let said = notice.map(|notice| (notice.is_error, notice.about, &notice.text));
-    Area::new(Id::unique(("notice buttons", said)))
-        .order(Order::Foreground)
+    let area = Area::new(Id::unique(("notice buttons", said)))
+        .order(order)
         .pivot(Align2::RIGHT_TOP)
         .fixed_pos(place.right_top())
         .show(ui.ctx(), |ui| {
@@ -130,7 +160,7 @@ fn buttons(services: &Services, ui: &Ui, (of, place): ButtonRow) -> Option<Click
                 }
             });
         });
-    clicked
+    (clicked, area.response.layer_id)
 }
 
 fn buttons_of(services: &Services, ui: &mut Ui, i: usize) -> Option<Clicked> {

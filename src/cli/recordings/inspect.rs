@@ -6,8 +6,9 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use super::combine::Combine;
 use super::options::ReadingArguments;
-use crate::cli::{Failure, output, terminal};
+use crate::cli::{Failure, output, terminal, wrong_command};
 use crate::model::drive::DriveReading;
 use crate::model::unit::{counted, format_quantity};
 use crate::recording::csv::{ColumnChoice, ImportSettings, Preview, ReadingChoices};
@@ -35,15 +36,23 @@ pub struct Arguments {
 /// [`Failure`] with the exit code; the work has failed if a file could not be read.
 pub fn run(args: &Arguments) -> Result<(), Failure> {
     let choices = args.reading.choices()?;
+    let (combine, which) = args.reading.combine()?;
+    let groups = combine.groups(&args.files).map_err(wrong_command)?;
     let outputs = [("--json", args.json.as_deref())];
     let mut results = output::ready(&outputs, &args.files)?;
-    let (mut found, mut first_error) = (Vec::new(), None);
-    for path in &args.files {
-        match inspected(path, &choices) {
+    let (mut found, mut unread) = (Vec::new(), 0);
+    for group in &groups {
+        let inspected = match &group[..] {
+            [path] if combine == Combine::Separate && which.len() < 2 => {
+                inspected(path, &choices).map_err(Into::into)
+            }
+            _ => put_together(&combine, group, &choices, which),
+        };
+        match inspected {
             Ok(all) => found.extend(all),
             Err(error) => {
-                terminal::error(&error.to_string());
-                first_error.get_or_insert(error);
+                terminal::error(&format!("{error:#}"));
+                unread += group.len();
             }
         }
     }
@@ -54,22 +63,15 @@ pub fn run(args: &Arguments) -> Result<(), Failure> {
         results.add_json(path, &found);
     }
     results.end()?;
-    match first_error {
-        None => Ok(()),
-        Some(_) => Err(anyhow::anyhow!(
-            "{} of {} could not be read",
-            counted(args.files.len() - count_read(&found), "file"),
-            args.files.len()
-        )
-        .into()),
+    if unread == 0 {
+        return Ok(());
     }
-}
-
-/// Files of which something was read.
-fn count_read(found: &[Inspected]) -> usize {
-    let mut files: Vec<&str> = found.iter().map(|one| one.file.as_str()).collect();
-    files.dedup();
-    files.len()
+    Err(anyhow::anyhow!(
+        "{} of {} could not be read",
+        counted(unread, "file"),
+        args.files.len()
+    )
+    .into())
 }
 
 /// What a recording holds; in SI units.
@@ -106,16 +108,41 @@ fn inspected(path: &Path, choices: &ReadingChoices) -> Result<Vec<Inspected>, Im
         let recording = import::import_chosen(path, &choices, None)?;
         let preview = import::preview_chosen(path, &choices)?;
         let name = several.then(|| format!("{}: {name}", i + 1));
-        Ok(describe(path, name, &recording, &preview))
+        let file = path.display().to_string();
+        Ok(describe(file, name, &recording, Some(&preview)))
     });
     all.collect()
 }
 
+/// The recordings of files that are put together, or those of a file whose numbers are named.
+fn put_together(
+    combine: &Combine,
+    group: &[PathBuf],
+    choices: &ReadingChoices,
+    which: &[usize],
+) -> anyhow::Result<Vec<Inspected>> {
+    let files: Vec<String> = group
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    let all = combine.read(group, choices, which)?;
+    let one = |recording: &Recording| {
+        describe(
+            files.join(", "),
+            Some(recording.name.clone()),
+            recording,
+            None,
+        )
+    };
+    Ok(all.iter().map(one).collect())
+}
+
+/// `preview` is that of the file, where it is one recording of one file.
 fn describe(
-    path: &Path,
+    file: String,
     trial: Option<String>,
     recording: &Recording,
-    preview: &Preview,
+    preview: Option<&Preview>,
 ) -> Inspected {
     let (first, _) = recording.span();
     let mut channels = Map::new();
@@ -124,11 +151,14 @@ fn describe(
         let Some(values) = recording.channel(channel) else {
             continue;
         };
-        let choice = preview.settings.choice(channel);
+        let choice = preview.and_then(|p| p.settings.choice(channel));
         let noise = recording.noise(channel).map(|noise| noise.sigma);
         let (low, high) = extremes(values);
-        let column = column_of(choice, preview);
-        let unit = choice.map_or("", |choice| choice.unit.as_str());
+        let column = match preview {
+            Some(preview) => column_of(choice, preview),
+            None => "put together".to_owned(),
+        };
+        let unit = choice.map_or(channel.base_unit(), |choice| choice.unit.as_str());
         let write = |value: f64| format_quantity(value, channel.base_unit(), 4);
         let noise_text = noise.map_or("noise not known".to_owned(), |n| {
             format!("noise {}", write(n))
@@ -144,7 +174,7 @@ fn describe(
             channel.symbol(),
             write(low),
             write(high),
-            scaled(&preview.settings, channel)
+            preview.map_or_else(String::new, |p| scaled(&p.settings, channel))
         ));
         channels.insert(
             channel.symbol().to_owned(),
@@ -179,7 +209,7 @@ fn describe(
         .map(|w| w.message.clone())
         .chain(faults);
     Inspected {
-        file: path.display().to_string(),
+        file,
         trial,
         rows: recording.len(),
         rate_hz: recording.sampling_rate(),

@@ -1,9 +1,10 @@
 //! Recordings as they are named on the command line.
 
+mod combine;
 pub mod inspect;
 mod options;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::anyhow;
@@ -12,31 +13,38 @@ pub use self::options::ReadingArguments;
 use super::{Failure, terminal, wrong_command};
 use crate::fit::Part;
 use crate::recording::Recording;
-use crate::recording::import::import_chosen;
 
-/// Reads recordings as their headers and `reading` say. What the reader skipped or guessed goes to standard
-/// error.
+/// Reads recordings as their headers and `reading` say, put together where it says so. What the reader skipped
+/// or guessed goes to standard error.
 ///
 /// # Errors
 /// The first file's that cannot be read; a recording that is named twice.
 pub fn read(paths: &[PathBuf], reading: &ReadingArguments) -> Result<Vec<Arc<Recording>>, Failure> {
     let choices = reading.choices()?;
-    let mut recordings: Vec<Arc<Recording>> = Vec::with_capacity(paths.len());
-    for path in paths {
-        let recording = import_chosen(path, &choices, None)?;
-        for warning in &recording.warnings {
-            terminal::warning(format_args!("{}: {}", path.display(), warning.message));
-        }
-        if let Some(first) = recordings.iter().find(|first| alike(first, &recording)) {
+    let (combine, which) = reading.combine()?;
+    for (i, path) in paths.iter().enumerate() {
+        if let Some(first) = paths.iter().take(i).find(|first| same_bytes(first, path)) {
             return Err(wrong_command(anyhow!(
                 "{} and {} are the same recording; it would count twice: name it once",
-                described(first),
-                described(&recording)
+                first.display(),
+                path.display()
             )));
         }
-        recordings.push(Arc::new(recording));
     }
-    Ok(recordings)
+    let mut all = Vec::with_capacity(paths.len());
+    for group in combine.groups(paths).map_err(wrong_command)? {
+        for recording in combine.read(&group, &choices, which)? {
+            let label = match &group[..] {
+                [path] => path.display().to_string(),
+                _ => recording.name.clone(),
+            };
+            for warning in &recording.warnings {
+                terminal::warning(format_args!("{label}: {}", warning.message));
+            }
+            all.push(Arc::new(recording));
+        }
+    }
+    Ok(all)
 }
 
 /// Reads training and held-out recordings; without the latter, the last third of each recording is
@@ -53,30 +61,32 @@ pub fn both_sides(
     if held_out.is_empty() {
         return Ok(Part::sides(recordings, Vec::new()));
     }
-    let held_out = read(held_out, reading)?;
-    for (own, other) in recordings
+    let others = read(held_out, reading)?;
+    for (used, other) in train
         .iter()
-        .flat_map(|r| held_out.iter().map(move |h| (r, h)))
+        .flat_map(|own| held_out.iter().map(move |other| (own, other)))
     {
-        if alike(own, other) {
+        if same_bytes(used, other) {
             return Err(wrong_command(anyhow!(
                 "--held-out {} is the same recording as {}, which is used for fitting; the check needs a recording that the fit has not seen",
-                described(other),
-                described(own)
+                other.display(),
+                used.display()
             )));
         }
     }
-    Ok(Part::sides(recordings, held_out))
+    Ok(Part::sides(recordings, others))
 }
 
-/// Whether two files have the same bytes, whatever their names.
-fn alike(a: &Recording, b: &Recording) -> bool {
-    a.sha256.is_some() && a.sha256 == b.sha256
-}
-
-fn described(recording: &Recording) -> String {
-    let path = recording.path.as_ref();
-    path.map_or_else(|| recording.name.clone(), |p| p.display().to_string())
+/// Whether two files have the same bytes, whatever their names. A file that cannot be read is no other.
+fn same_bytes(a: &Path, b: &Path) -> bool {
+    let size = |path: &Path| std::fs::metadata(path).ok().map(|about| about.len());
+    if size(a).is_none() || size(a) != size(b) {
+        return false;
+    }
+    match (std::fs::read(a), std::fs::read(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
 }
 
 #[cfg(test)]

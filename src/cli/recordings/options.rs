@@ -1,12 +1,14 @@
 //! Options that decide how recordings are read: `--column`, `--unit`, `--scale`, `--sign`, `--dt`, `--rate`,
-//! `--trial`, `--encoding`, `--decimal`, `--accept-losses`. They are the same wherever a recording is taken.
+//! `--trial`, `--encoding`, `--decimal`, `--accept-losses`, `--drift`. They are the same wherever a recording is
+//! taken, as are those that make one recording of several.
 
 use anyhow::{Context, anyhow};
 use clap::Args;
 
+use super::combine::{Combine, CombineArguments};
 use crate::cli::{Failure, wrong_command};
 use crate::model::unit::parse_quantity;
-use crate::recording::csv::{Decimal, Encoding, ReadingChoices};
+use crate::recording::csv::{Decimal, DriftRemoval, Encoding, ReadingChoices};
 
 /// How recordings are read, for all recordings of a command.
 #[derive(Debug, Clone, Default, Args)]
@@ -32,9 +34,9 @@ pub struct ReadingArguments {
     /// Samples per second where there is no column of times, e.g. 50kHz
     #[arg(long, value_name = "RATE")]
     rate: Option<String>,
-    /// Which recording, from 1, of a file that holds several
-    #[arg(long, value_name = "N")]
-    trial: Option<usize>,
+    /// Which recording, from 1, of a file that holds several; with --average which ones, e.g. 1,2,4
+    #[arg(long, value_name = "N", value_delimiter = ',')]
+    trial: Vec<usize>,
     /// Encoding of text, e.g. windows-1252, utf-16le, gbk; recognised unless it is given
     #[arg(long, value_name = "NAME")]
     encoding: Option<String>,
@@ -44,6 +46,12 @@ pub struct ReadingArguments {
     /// Reads a file although more than a few of its rows cannot be used
     #[arg(long)]
     accept_losses: bool,
+    /// What is taken out of a displacement that is the integral of a velocity or an acceleration: none, mean,
+    /// line, or high-pass, e.g. high-pass:2Hz
+    #[arg(long, value_name = "WHAT")]
+    drift: Option<String>,
+    #[command(flatten)]
+    combine: CombineArguments,
 }
 
 impl ReadingArguments {
@@ -53,6 +61,12 @@ impl ReadingArguments {
     /// A wrong command: an option that cannot be understood.
     pub fn choices(&self) -> Result<ReadingChoices, Failure> {
         self.parsed().map_err(wrong_command)
+    }
+
+    /// How recordings are put together, and which ones of a file are named.
+    pub(super) fn combine(&self) -> Result<(Combine, &[usize]), Failure> {
+        let combine = self.combine.parsed().map_err(wrong_command)?;
+        Ok((combine, &self.trial))
     }
 
     fn parsed(&self) -> anyhow::Result<ReadingChoices> {
@@ -76,10 +90,17 @@ impl ReadingArguments {
             scales: pairs("--scale", &self.scale, "xp=0.5um/V")?,
             signs: signs.collect::<anyhow::Result<_>>()?,
             interval: self.interval()?,
-            trial: self.trial,
+            trial: match self.trial[..] {
+                [only] => Some(only),
+                _ => None,
+            },
             encoding: self.encoding.as_deref().map(encoding).transpose()?,
             decimal: self.decimal.as_deref().map(decimal).transpose()?,
             accept_losses: self.accept_losses,
+            drift: self
+                .drift
+                .as_deref()
+                .map_or(Ok(DriftRemoval::None), drift)?,
         })
     }
 
@@ -139,6 +160,35 @@ fn decimal(mark: &str) -> anyhow::Result<Decimal> {
     }
 }
 
+fn drift(text: &str) -> anyhow::Result<DriftRemoval> {
+    let (name, corner) = match text.split_once(':') {
+        Some((name, corner)) => (name, Some(corner)),
+        None => (text, None),
+    };
+    let known = DriftRemoval::ALL
+        .into_iter()
+        .find(|d| d.label() == name.trim());
+    match (known, corner) {
+        (Some(DriftRemoval::HighPass { .. }), Some(corner)) => {
+            let hertz = parse_quantity(corner, "Hz").with_context(|| format!("--drift {text}"))?;
+            if hertz > 0.0 && hertz.is_finite() {
+                return Ok(DriftRemoval::HighPass {
+                    corner: Some(hertz),
+                });
+            }
+            Err(anyhow!("--drift {text}: the corner must be above 0"))
+        }
+        (Some(drift), None) => Ok(drift),
+        _ => {
+            let all: Vec<&str> = DriftRemoval::ALL.iter().map(|d| d.label()).collect();
+            Err(anyhow!(
+                "--drift {text}: write one of {}, or high-pass:2Hz",
+                all.join(", ")
+            ))
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::options::*;
@@ -159,7 +209,7 @@ mod tests {
     fn options_become_choices() {
         assert_eq!(of("").unwrap(), ReadingChoices::default());
         let line = "--column V=2 --column xp=tip --unit t=ms --scale xp=0.5um/V --sign xp=-1 --rate 50kHz \
-                    --trial 3 --encoding latin1 --decimal comma --accept-losses";
+                    --trial 3 --encoding latin1 --decimal comma --accept-losses --drift high-pass:2Hz";
         let choices = of(line).unwrap();
         let own = |a: &str, b: &str| (a.to_owned(), b.to_owned());
         assert_eq!(choices.columns, [own("V", "2"), own("xp", "tip")]);
@@ -171,7 +221,74 @@ mod tests {
         assert_eq!(choices.encoding, Some(Encoding::Windows1252));
         assert_eq!(choices.decimal, Some(Decimal::Comma));
         assert!(choices.accept_losses);
+        let corner = Some(2.0);
+        assert_eq!(choices.drift, DriftRemoval::HighPass { corner });
+        assert_eq!(of("--drift line").unwrap().drift, DriftRemoval::Line);
         assert!((of("--dt 20us").unwrap().interval.unwrap() - 2e-5).abs() < 1e-18);
+    }
+
+    fn combine_of(line: &str) -> Result<(Combine, Vec<usize>), Failure> {
+        let words = std::iter::once("x").chain(line.split_whitespace());
+        let reading = Only::try_parse_from(words).unwrap().reading;
+        reading
+            .combine()
+            .map(|(combine, which)| (combine, which.to_vec()))
+    }
+
+    #[test]
+    fn recordings_are_put_together_by_options() {
+        use super::super::combine::AverageOf;
+        use crate::recording::combine::AverageOptions;
+        use std::path::PathBuf;
+
+        assert_eq!(combine_of("").unwrap(), (Combine::Separate, Vec::new()));
+        let line = "--average files --trial 1,3 --match-zeros --leave-out-misfits";
+        let options = AverageOptions {
+            leave_out_misfits: true,
+            match_zeros: true,
+        };
+        let average = Combine::Average(AverageOf::Files, options);
+        assert_eq!(combine_of(line).unwrap(), (average, vec![1, 3]));
+        let points = combine_of("--points xc,xp --lag -1.5ms").unwrap().0;
+        let lag = Some(-1.5e-3);
+        let is_proof_mass_first = false;
+        assert_eq!(
+            points,
+            Combine::Points {
+                is_proof_mass_first,
+                lag
+            }
+        );
+        let files: Vec<PathBuf> = ["a", "b", "c", "d"].map(PathBuf::from).to_vec();
+        assert!(
+            points
+                .groups(&files[..3])
+                .unwrap_err()
+                .to_string()
+                .contains("pairs")
+        );
+        assert!(
+            points
+                .groups(&files)
+                .unwrap_err()
+                .to_string()
+                .contains("--lag")
+        );
+        let both = combine_of("--points xp,xc")
+            .unwrap()
+            .0
+            .groups(&files)
+            .unwrap();
+        assert_eq!(both, [files[..2].to_vec(), files[2..].to_vec()]);
+        assert!(combine_of("--points tip,base").is_err());
+        for line in [
+            "--match-zeros",
+            "--lag 1ms",
+            "--average files --points xp,xc",
+        ] {
+            let words = std::iter::once("x").chain(line.split_whitespace());
+            assert!(Only::try_parse_from(words).is_err(), "{line}");
+        }
     }
 
     #[test]
@@ -185,6 +302,9 @@ mod tests {
             ("--rate 5um", "--rate"),
             ("--encoding klingon", "not known"),
             ("--decimal dot", "point or comma"),
+            ("--drift slope", "none, mean, line, high-pass"),
+            ("--drift high-pass:-1Hz", "above 0"),
+            ("--drift mean:2Hz", "one of"),
         ] {
             let failure = of(line).unwrap_err();
             assert_eq!(failure.code, 2);

@@ -1,5 +1,7 @@
 //! A recording as a person has set it up.
 
+use std::sync::Arc;
+
 use super::Alignment;
 use crate::recording::experiment_setup::{DriveSource, InstrumentUnknowns};
 use crate::recording::{Channel, Recording};
@@ -34,6 +36,10 @@ pub fn set_up(
         };
         for x in values.into_iter().flatten() {
             *x = alignment.value(channel, *x);
+        }
+        if let Some(spread) = &mut copy.spread {
+            let factor = alignment.value(channel, 1.0) - alignment.value(channel, 0.0);
+            Arc::make_mut(spread).scale(channel, factor);
         }
     }
     // A motion is looked at together with the voltage: nothing of either may have changed.

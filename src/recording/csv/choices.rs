@@ -5,7 +5,9 @@ use super::columns::names::{Column, Role};
 use super::columns::units::{kind_of, unit_shift};
 use super::columns::{Question, Topic, found_names};
 use super::preview::Preview;
-use super::settings::{ColumnChoice, Decimal, Encoding, ImportSettings, Quantity, SampleClock};
+use super::settings::{
+    ColumnChoice, Decimal, DriftRemoval, Encoding, ImportSettings, Quantity, SampleClock,
+};
 use crate::recording::Channel;
 use crate::recording::error::ImportError;
 
@@ -30,6 +32,8 @@ pub struct ReadingChoices {
     pub decimal: Option<Decimal>,
     /// Whether rows may be lost that are more than a few.
     pub accept_losses: bool,
+    /// What is taken out of a displacement that is integrated.
+    pub drift: DriftRemoval,
 }
 
 impl ReadingChoices {
@@ -43,15 +47,23 @@ impl ReadingChoices {
             preview.settle(Topic::Decimal);
         }
         preview.settings.accept_losses |= self.accept_losses;
+        if !self.drift.is_none() {
+            preview.settings.drift = self.drift;
+        }
         if let Some(trial) = self.trial {
             preview.choose_trial(trial)?;
         }
         if let Some(interval) = self.interval {
             self.set_clock(interval, preview);
         }
+        let mut chosen: Vec<usize> = Vec::with_capacity(self.columns.len());
         for (symbol, column) in &self.columns {
             let role = role_of("--column", symbol, preview)?;
             let index = column_named(column, preview)?;
+            if chosen.contains(&index) {
+                return Err(twice(symbol, column, index, preview));
+            }
+            chosen.push(index);
             choose(role, index, preview);
         }
         for (symbol, unit) in &self.units {
@@ -105,6 +117,17 @@ fn column_named(name: &str, preview: &Preview) -> Result<usize, ImportError> {
     })
 }
 
+/// One column for two channels, as where a name is a number, too.
+fn twice(symbol: &str, column: &str, index: usize, preview: &Preview) -> ImportError {
+    let name = preview.header.get(index).map_or("", |cell| cell.trim());
+    ImportError::ColumnTwice {
+        file: preview.name.clone().into(),
+        choice: format!("{symbol}={column}").into(),
+        column: index + 1,
+        name: name.into(),
+    }
+}
+
 /// Takes a column for a role, in the unit that the header gives it.
 fn choose(role: Role, index: usize, preview: &mut Preview) {
     let column = preview.header.get(index).map(|cell| Column::of(cell));
@@ -150,7 +173,11 @@ fn choose(role: Role, index: usize, preview: &mut Preview) {
             .into(),
         };
         let topic = Topic::Unit(role);
-        preview.questions.push(Question { topic, error });
+        preview.questions.push(Question {
+            topic,
+            error,
+            short: None,
+        });
     }
     let unit = named
         .or(kept)

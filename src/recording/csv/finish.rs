@@ -7,6 +7,7 @@ use super::rows::layout::{Layout, TIME_SLOT};
 use super::settings::{Quantity, TimeZero};
 use crate::model::unit::{counted, format_quantity};
 use crate::recording::assemble::{Columns, FileClock, Place, assemble};
+use crate::recording::csv::integrate::drift::remove_drift;
 use crate::recording::csv::integrate::integrate;
 use crate::recording::error::{ImportError, ImportWarning, WarningKind};
 use crate::recording::times::exact_time::ExactTime;
@@ -141,6 +142,7 @@ impl Source<'_> {
             };
             let mut values = values.to_vec();
             let (mut net, mut mean, mut bridged) = (0.0, 0.0, 0);
+            let mut removed = Vec::new();
             for turn in 0..times {
                 let integral = integrate(&recording.time, &values);
                 values = integral.values;
@@ -149,7 +151,14 @@ impl Source<'_> {
                 if turn == 0 {
                     mean = integral.mean;
                 }
+                let unit = if turn + 1 < times { "m/s" } else { "m" };
+                let drift = self.settings.drift;
+                let what = remove_drift(drift, &recording.time, &mut values, unit);
+                if !removed.contains(&what) {
+                    removed.push(what);
+                }
             }
+            let removed = removed.join("; of its integral ");
             let offset = self.settings.scaling(channel).1;
             values.iter_mut().for_each(|x| *x += offset);
             let bridges = match bridged {
@@ -157,7 +166,7 @@ impl Source<'_> {
                 n => format!("; {} bridged by straight lines", counted(n, "gap")),
             };
             let message = format!(
-                "{} is the integral of a {} (trapezoid, 0 at the first row): its level is not known, and it moves by {} from the first to the last row (the mean {} is {}); no drift is taken out{bridges}",
+                "{} is the integral of a {} (trapezoid, 0 at the first row): its level is not known, and it moves by {} from the first to the last row (the mean {} is {}); {removed}{bridges}",
                 channel.symbol(),
                 kind.label(),
                 format_quantity(net, "m", 3),

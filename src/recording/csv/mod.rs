@@ -11,6 +11,7 @@
 mod choices;
 mod columns;
 mod finish;
+mod in_order;
 pub mod integrate;
 mod line;
 mod number;
@@ -29,11 +30,13 @@ pub(crate) mod write;
 
 pub use self::choices::ReadingChoices;
 pub(super) use self::columns::several;
+pub(super) use self::number::text_marks::{TextMarks, is_number_in_text};
 pub use self::open_preview::{preview, preview_bytes, trials};
 pub use self::preview::{Preview, Trial};
 pub(super) use self::read::hex;
 pub use self::settings::{
-    ColumnChoice, Decimal, Delimiter, Encoding, ImportSettings, Quantity, SampleClock, TimeZero,
+    ColumnChoice, Decimal, Delimiter, DriftRemoval, Encoding, ImportSettings, Quantity,
+    SampleClock, TimeZero,
 };
 pub use self::shown::{ShownRows, shown_rows};
 pub use self::text::Progress;
@@ -46,8 +49,8 @@ use self::columns::Topic;
 use self::columns::names::Role;
 use self::open_preview::preview_head;
 use self::read::read;
-use super::Recording;
 use super::error::ImportError;
+use super::{Channel, Recording};
 
 /// Reads a file as `settings` say.
 ///
@@ -218,6 +221,27 @@ pub fn import_bytes_chosen(
     }
     let warnings = std::mem::take(&mut preview.warnings);
     read(name, bytes, &preview.settings, warnings, None)
+}
+
+/// [`import_bytes_chosen`] of a recording with one displacement, whichever point of the device it is of:
+/// it is in [`Recording::proof_mass`], and the channel says what the file calls it. A recording with both
+/// points has both.
+///
+/// # Errors
+/// As [`import_chosen`].
+pub fn import_bytes_point(
+    name: &str,
+    bytes: &[u8],
+    choices: &ReadingChoices,
+) -> Result<(Recording, Channel), ImportError> {
+    let mut preview = preview_chosen(name, bytes, choices)?;
+    let channel = preview.take_single_point();
+    if let Some(problem) = preview.problem() {
+        return Err(problem.clone());
+    }
+    let warnings = std::mem::take(&mut preview.warnings);
+    let recording = read(name, bytes, &preview.settings, warnings, None)?;
+    Ok((recording, channel))
 }
 
 /// What is understood of a file with the answers given: its settings, and what is still open.

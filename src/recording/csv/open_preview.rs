@@ -119,13 +119,12 @@ fn find_stacked(preview: &mut Preview, file: &str, bytes: &[u8]) {
     }
     let shown: Vec<&str> = names.iter().map(String::as_str).collect();
     let error = several(file, &shown);
-    preview.ambiguities.push(format!(
-        "there are {} recordings below each other",
-        names.len()
-    ));
+    let short = format!("there are {} recordings below each other", names.len());
+    preview.ambiguities.push(short.clone());
     preview.questions.push(Question {
         topic: Topic::Trial,
         error,
+        short: Some(short),
     });
     let trial = |name| Trial {
         name,

@@ -4,6 +4,7 @@ use super::columns::names::Role;
 use super::columns::sample::ColumnSample;
 use super::columns::{Question, Topic, several};
 use super::settings::{ColumnChoice, ImportSettings};
+use crate::recording::Channel;
 use crate::recording::error::{ImportError, ImportWarning};
 
 /// One of several recordings in a file.
@@ -67,6 +68,15 @@ impl Preview {
         self.questions.iter().map(|question| &question.error)
     }
 
+    /// What is still to be decided, in short: without the file and the options of the command line.
+    pub fn open_points(&self) -> impl Iterator<Item = String> {
+        let text = |question: &Question| match &question.short {
+            Some(short) => short.clone(),
+            None => question.error.to_string(),
+        };
+        self.questions.iter().map(text)
+    }
+
     /// Takes recording `number` (from 1) of those in the file.
     ///
     /// # Errors
@@ -91,10 +101,51 @@ impl Preview {
         Ok(())
     }
 
+    /// `settings` for recording `number` (from 1) of those in the file: its columns, read as those of the
+    /// recording that `settings` are for.
+    #[must_use]
+    pub fn settings_of_trial(&self, settings: &ImportSettings, number: usize) -> ImportSettings {
+        let mut own = ImportSettings {
+            trial: Some(number),
+            ..settings.clone()
+        };
+        let trial = number.checked_sub(1).and_then(|i| self.trials.get(i));
+        let Some(columns) = trial.and_then(|trial| trial.columns.clone()) else {
+            return own;
+        };
+        for (role, column) in Role::ALL.into_iter().zip(columns) {
+            let index = column.as_ref().map(|column| column.index);
+            let as_chosen = role.of(settings).cloned().zip(index);
+            let as_chosen = as_chosen.map(|(chosen, index)| ColumnChoice { index, ..chosen });
+            role.set(&mut own, as_chosen.or(column));
+        }
+        own
+    }
+
     /// Whether a displacement or another motion was recognised.
     #[must_use]
     pub fn has_motion(&self) -> bool {
         self.settings.proof_mass.is_some() || !self.trials.is_empty()
+    }
+
+    /// Reads the only displacement of a file as the proof mass; which point the file says that it is.
+    pub(super) fn take_single_point(&mut self) -> Channel {
+        let settings = &mut self.settings;
+        if settings.proof_mass.is_some() || settings.cantilever.is_none() {
+            return Channel::ProofMass;
+        }
+        settings.proof_mass = settings.cantilever.take();
+        (settings.xp_scale, settings.xp_offset) = (settings.xc_scale, settings.xc_offset);
+        self.settle(Topic::Column(Role::ProofMass));
+        // What is open of the one is open of the other.
+        for question in &mut self.questions {
+            match question.topic {
+                Topic::Unit(Role::Cantilever) => question.topic = Topic::Unit(Role::ProofMass),
+                Topic::Scale(Role::Cantilever) => question.topic = Topic::Scale(Role::ProofMass),
+                _ => {}
+            }
+        }
+        Channel::Cantilever
     }
 
     /// Asks which of the recordings of a file with several is meant.
@@ -107,6 +158,7 @@ impl Preview {
         let question = Question {
             topic: Topic::Trial,
             error,
+            short: None,
         };
         self.questions.insert(0, question);
         let trial = |name| Trial {
@@ -116,8 +168,11 @@ impl Preview {
         self.trials = names.into_iter().map(trial).collect();
     }
 
-    /// Forgets the questions about a topic.
+    /// Forgets the questions about a topic, and what was said of them.
     pub(super) fn settle(&mut self, topic: Topic) {
+        let settled = self.questions.iter().filter(|q| q.topic == topic);
+        let shorts: Vec<String> = settled.filter_map(|q| q.short.clone()).collect();
+        self.ambiguities.retain(|line| !shorts.contains(line));
         self.questions.retain(|question| question.topic != topic);
     }
 }

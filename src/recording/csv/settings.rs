@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use super::integrate::drift::DriftRemoval;
 use crate::recording::Channel;
+use crate::recording::combine::Combination;
 use crate::recording::error::ImportError;
 pub use crate::recording::formats::raw_table::SampleClock;
 
@@ -304,6 +306,12 @@ pub struct ImportSettings {
     pub xc_scale: f64,
     /// Added to the scaled cantilever \[m\].
     pub xc_offset: f64,
+    /// What is taken out of an integrated velocity or acceleration.
+    #[serde(skip_serializing_if = "DriftRemoval::is_none")]
+    pub drift: DriftRemoval,
+    /// What else the recording is made of than the rows of the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub combine: Option<Combination>,
 }
 
 impl Default for ImportSettings {
@@ -330,6 +338,8 @@ impl Default for ImportSettings {
             xp_offset: 0.0,
             xc_scale: 1.0,
             xc_offset: 0.0,
+            drift: DriftRemoval::None,
+            combine: None,
         }
     }
 }
@@ -370,10 +380,16 @@ impl ImportSettings {
             ("clock.start", clock.start),
             ("clock.interval", clock.interval),
         ];
-        let bad = |name: &str, value: f64| {
-            !value.is_finite() || (name == "clock.interval" && value <= 0.0)
+        let corner = match self.drift {
+            DriftRemoval::HighPass { corner } => corner.unwrap_or(1.0),
+            _ => 1.0,
         };
-        match numbers.iter().find(|(name, value)| bad(name, *value)) {
+        let numbers = numbers.into_iter().chain([("drift.corner", corner)]);
+        let bad = |name: &str, value: f64| {
+            let is_positive = ["clock.interval", "drift.corner"].contains(&name);
+            !value.is_finite() || (is_positive && value <= 0.0)
+        };
+        match numbers.into_iter().find(|(name, value)| bad(name, *value)) {
             Some((setting, value)) => Err(ImportError::BadSetting {
                 file: file.into(),
                 setting,

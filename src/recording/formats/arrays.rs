@@ -189,6 +189,11 @@ impl Arrays {
         context: &FileContext,
         file_stem: &str,
     ) -> Result<Vec<RawTable>, FormatError> {
+        // An array without values is no column.
+        for array in self.arrays.extract_if(.., |array| array.values.is_empty()) {
+            let name = joined(&array.parent, &array.name);
+            self.left_out.push(format!("{name} (no values)"));
+        }
         if self.arrays.is_empty() {
             let mut found: Vec<String> = self
                 .scalars

@@ -22,7 +22,6 @@ mod npz;
 pub mod raw_table;
 mod refused;
 mod sheet_header;
-mod sheet_number;
 mod tdms;
 mod uff;
 mod unpack;

@@ -16,6 +16,10 @@ pub struct Npy;
 const NAME: &str = "NumPy";
 /// First bytes of every `.npy` file.
 const MAGIC: &[u8] = b"\x93NUMPY";
+/// What to do about a file that is not as numpy writes it.
+const SAVE_AGAIN: &str = "save the array again with numpy.save(\"name.npy\", array)";
+/// Characters of a header in a message.
+const MAX_SHOWN_CHARS: usize = 80;
 /// Longest header that is parsed \[bytes\]. NumPy refuses longer ones, too, unless told otherwise:
 /// `numpy.lib.format` has 10000; structured types of some hundred fields need more.
 const MAX_HEADER_BYTES: usize = 64 << 10;
@@ -78,7 +82,13 @@ pub(super) fn read_array(
         ));
     }
     let Some(element) = header.dtype.size() else {
-        return Err(context.malformed(data_at, "the type"));
+        return Err(context.unsupported(
+            format!(
+                "the elements of \"{}\" have a type of unknown or endless size",
+                label.path()
+            ),
+            SAVE_AGAIN,
+        ));
     };
     let array = Element {
         context,
@@ -123,11 +133,21 @@ fn read_header(context: &FileContext, bytes: &[u8]) -> Result<(Header, usize), F
         (12, usize::try_from(length).unwrap_or(usize::MAX))
     };
     if length > MAX_HEADER_BYTES {
-        return Err(context.malformed(8, "the length of the header"));
+        return Err(context.unsupported(
+            format!("at byte 8 stands {length} as the length of the header, which is at most {MAX_HEADER_BYTES}"),
+            SAVE_AGAIN,
+        ));
     }
     let end = start + length;
     let header = bytes.get(start..end).ok_or_else(short)?;
-    let header = parse(&text(header)).ok_or_else(|| context.malformed(start, "the header"))?;
+    let written = text(header);
+    let header = parse(&written).ok_or_else(|| {
+        let shown: String = written.trim().chars().take(MAX_SHOWN_CHARS).collect();
+        context.unsupported(
+            format!("the header at byte {start}, {shown}, does not give a type, an order and a shape as numpy.save writes them"),
+            SAVE_AGAIN,
+        )
+    })?;
     Ok((header, end))
 }
 

@@ -14,7 +14,7 @@ use super::arrays::{finish, listed};
 use super::error::{FileContext, FormatError};
 use super::format::{Format, FormatContent};
 use super::sheet_header::{SheetText, header};
-use super::sheet_number::Marks;
+use crate::recording::csv::{TextMarks, is_number_in_text};
 use crate::recording::formats::raw_table::{RawColumn, RawTable};
 
 /// Reads `.xlsx` files.
@@ -205,7 +205,7 @@ impl Sheet {
             return true;
         }
         let column = self.columns.entry(index).or_default();
-        if Marks::is_number(text) {
+        if is_number_in_text(text) {
             column.text_numbers.push((row, text.to_owned()));
             return self.put(row, index, f64::NAN);
         }
@@ -310,7 +310,15 @@ impl Column {
         if self.text_numbers.is_empty() {
             return;
         }
-        let marks = Marks::of(self.text_numbers.iter().map(|(_, text)| text.as_str()));
+        let texts = self.text_numbers.iter().map(|(_, text)| text.as_str());
+        let Some(marks) = TextMarks::of(texts) else {
+            notes.push(format!(
+                "Column {}: numbers are stored as text with marks that contradict each other; they are missing.",
+                letters(index)
+            ));
+            self.other.append(&mut self.text_numbers);
+            return;
+        };
         let count = self.text_numbers.len();
         for (row, text) in std::mem::take(&mut self.text_numbers) {
             match (marks.parse(&text), self.values.get_mut(row as usize)) {

@@ -1,10 +1,14 @@
 //! The door on wrapped, binary and plain files.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
 
 use super::*;
-use crate::recording::Channel;
+use crate::recording::combine::{AverageOptions, Combination};
+use crate::recording::csv::{self, DriftRemoval, ReadingChoices};
+use crate::recording::{Channel, WarningKind};
 
 const TEXT: &str = "t [ms],V [V],xp [um]\n0.0,7,1.5\n0.1,7,1.25\n0.2,-7,1.0\n0.3,-7,0.5\n";
 
@@ -149,4 +153,184 @@ fn what_is_missing_is_said_by_name() {
     let empty = write(&folder, "empty.zip", &zipped(&[]));
     let error = read(&empty).unwrap_err().to_string();
     assert!(error.contains("empty.zip"), "{error}");
+}
+
+/// A sweep of 4 s: time, voltage and a displacement of `gain` for each volt, `late` seconds into it.
+fn sweep(late: f64, point: &str, gain: f64, ripple: f64) -> String {
+    let mut text = format!("t [s],V [V],{point} [um]\n");
+    for i in 0..4000 {
+        let t = 1e-3 * f64::from(i);
+        let u = t + late;
+        let v = 5.0 * (20.0 * u + 6.0 * u * u).sin();
+        let x = gain * v + ripple * (f64::from(i) * 1.7 + 40.0 * late).sin();
+        text += &format!("{t:.6},{v:.9},{x:.9}\n");
+    }
+    text
+}
+
+fn read_with(path: &Path, combine: Combination) -> Result<Recording, ImportError> {
+    let settings = ImportSettings {
+        combine: Some(combine),
+        ..preview(path).unwrap().settings
+    };
+    // As it comes back from a session.
+    let text = toml::to_string(&settings).unwrap();
+    let stored: ImportSettings = toml::from_str(&text).unwrap();
+    assert_eq!(stored, settings);
+    import(path, &stored, None)
+}
+
+#[test]
+fn runs_of_two_points_are_merged_by_settings_and_by_choices() {
+    let folder = tempfile::tempdir().unwrap();
+    let xp = write(&folder, "xp.csv", sweep(0.0, "xp", 1.0, 0.0).as_bytes());
+    let xc = write(&folder, "xc.csv", sweep(0.0125, "xc", 0.3, 0.0).as_bytes());
+    let check = |both: &Recording| {
+        let own = both.cantilever.as_ref().unwrap();
+        for (i, x) in own.iter().enumerate().skip(10).take(both.len() - 20) {
+            assert!((x - 0.3 * both.proof_mass[i]).abs() < 2e-9, "{i}: {x}");
+        }
+        assert!(both.len() > 3900);
+        assert!(both.warnings.iter().any(|w| w.kind == WarningKind::Merged));
+    };
+    check(&merge_files(&xp, &xc, &ReadingChoices::default(), None, None).unwrap());
+    let points = |other: &Path, other_is_proof_mass| Combination::Points {
+        other: other.to_owned(),
+        other_is_proof_mass,
+        lag: None,
+    };
+    check(&read_with(&xp, points(&xc, false)).unwrap());
+    // Another header: read by its own, and said.
+    let text = sweep(0.0125, "xc", 0.3, 0.0).replace("t [s],V [V]", "time [s],U [V]");
+    let odd = write(&folder, "odd.csv", text.as_bytes());
+    let both = read_with(&xp, points(&odd, false)).unwrap();
+    check(&both);
+    assert!(
+        both.warnings
+            .iter()
+            .any(|w| w.message.contains("odd.csv differs"))
+    );
+    // The wrong order, and another drive.
+    let error = merge_files(&xc, &xp, &ReadingChoices::default(), None, None).unwrap_err();
+    assert!(error.to_string().contains("turn the order"), "{error}");
+    let text = sweep(0.0, "xc", 0.3, 0.0).replace(",", ",-");
+    let turned = write(
+        &folder,
+        "turned.csv",
+        text.replace("--", "")
+            .replace(",-V", ",V")
+            .replace(",-xc", ",xc")
+            .as_bytes(),
+    );
+    let error = merge_files(&xp, &turned, &ReadingChoices::default(), None, None).unwrap_err();
+    assert!(error.to_string().contains("turned.csv"), "{error}");
+    assert!(matches!(error, ImportError::Combine(_)));
+}
+
+#[test]
+fn trials_of_a_file_and_of_several_files_are_averaged() {
+    let folder = tempfile::tempdir().unwrap();
+    let files: Vec<PathBuf> = (0..3)
+        .map(|i| {
+            let late = 0.004 * f64::from(i);
+            let text = sweep(late, "xp", 1.0, 0.02);
+            write(&folder, &format!("{i}.csv"), text.as_bytes())
+        })
+        .collect();
+    let choices = ReadingChoices::default();
+    let options = AverageOptions::default();
+    let mean = average_files(&files, None, &choices, options, None).unwrap();
+    assert_eq!(mean.spread.as_ref().unwrap().trials, 3);
+    assert_eq!(mean.name, "0.csv, mean of 3 trials");
+    let combine = Combination::Average {
+        trials: Vec::new(),
+        files: files[1..].to_vec(),
+        leave_out_misfits: false,
+        match_zeros: false,
+    };
+    let by_settings = read_with(&files[0], combine).unwrap();
+    assert_eq!(by_settings.proof_mass, mean.proof_mass);
+    assert_eq!(by_settings.sha256, mean.sha256);
+    assert_ne!(
+        mean.sha256,
+        import_chosen(&files[0], &choices, None).unwrap().sha256
+    );
+    // One recording is no average.
+    let error = read_with(&files[0], Combination::average_of_all()).unwrap_err();
+    assert!(error.to_string().contains("two recordings"), "{error}");
+
+    // Below each other in one file, and side by side.
+    let texts: Vec<String> = files
+        .iter()
+        .map(|f| std::fs::read_to_string(f).unwrap())
+        .collect();
+    let stacked = write(&folder, "stacked.csv", texts.concat().as_bytes());
+    let rows: Vec<Vec<&str>> = texts.iter().map(|t| t.lines().collect()).collect();
+    let beside: Vec<String> = (0..rows[0].len())
+        .map(|i| [rows[0][i], rows[1][i], rows[2][i]].join(","))
+        .collect();
+    let beside = write(&folder, "beside.csv", beside.join("\n").as_bytes());
+    for path in [&stacked, &beside] {
+        let all = read_with(path, Combination::average_of_all()).unwrap();
+        assert_eq!(all.proof_mass, mean.proof_mass, "{}", path.display());
+        let two = average_files(
+            std::slice::from_ref(path),
+            Some(&[1, 3]),
+            &choices,
+            options,
+            None,
+        );
+        assert_eq!(two.unwrap().spread.as_ref().unwrap().trials, 2);
+    }
+}
+
+#[test]
+fn the_drift_of_a_velocity_is_taken_out_by_choice_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = "t [s],v [mm/s]\n".to_owned();
+    let w = 20.0 * std::f64::consts::PI;
+    for i in 0..=4000 {
+        let t = 1e-3 * f64::from(i);
+        text += &format!("{t:.3},{:.9}\n", 0.5 + (w * t).cos());
+    }
+    let path = write(&folder, "v.csv", text.as_bytes());
+    let read = |drift| {
+        let choices = ReadingChoices {
+            drift,
+            ..ReadingChoices::default()
+        };
+        import_chosen(&path, &choices, None).unwrap()
+    };
+    let said = |r: &Recording| {
+        let all = r
+            .warnings
+            .iter()
+            .filter(|w| w.kind == WarningKind::Integrated);
+        all.map(|w| w.message.clone())
+            .collect::<Vec<_>>()
+            .join("; ")
+    };
+    let plain = read(DriftRemoval::None);
+    assert!((plain.proof_mass[4000] - 2e-3).abs() < 5e-5);
+    assert!(
+        said(&plain).contains("no drift is taken out"),
+        "{}",
+        said(&plain)
+    );
+    for drift in [
+        DriftRemoval::Mean,
+        DriftRemoval::Line,
+        DriftRemoval::HighPass { corner: None },
+    ] {
+        let r = read(drift);
+        for (t, x) in r.time.iter().zip(&r.proof_mass).skip(400).take(3200) {
+            let expected = (w * t).sin() / w * 1e-3;
+            assert!((x - expected).abs() < 1e-6, "{drift:?} {t}: {x} {expected}");
+        }
+        assert!(
+            said(&r).contains("taken out") && !said(&r).contains("no drift"),
+            "{}",
+            said(&r)
+        );
+    }
 }

@@ -28,6 +28,8 @@ pub(in crate::recording::csv) enum Topic {
 pub(in crate::recording::csv) struct Question {
     pub topic: Topic,
     pub error: ImportError,
+    /// How it stands among the ambiguities, if it does.
+    pub short: Option<String>,
 }
 
 /// What was made of a header.
@@ -55,9 +57,18 @@ impl Mapping {
     }
 
     /// Something that must be decided.
-    pub(super) fn ask(&mut self, topic: Topic, error: ImportError, short: String) {
-        self.ambiguities.push(short);
-        self.questions.push(Question { topic, error });
+    pub(in crate::recording::csv) fn ask(
+        &mut self,
+        topic: Topic,
+        error: ImportError,
+        short: String,
+    ) {
+        self.ambiguities.push(short.clone());
+        self.questions.push(Question {
+            topic,
+            error,
+            short: Some(short),
+        });
     }
 }
 

@@ -6,6 +6,7 @@ mod mapping;
 pub(super) mod meant;
 mod motion;
 pub(super) mod names;
+mod role;
 pub(super) mod sample;
 mod search;
 pub(super) mod trials;
@@ -123,6 +124,7 @@ pub(super) fn map_by_count(
     mapping.questions.push(Question {
         topic: Topic::Column(Role::ProofMass),
         error,
+        short: None,
     });
     mapping.warn(WarningKind::NoHeader, Some(line), short);
     mapping

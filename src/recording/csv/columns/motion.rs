@@ -9,6 +9,33 @@ use crate::recording::csv::settings::{ColumnChoice, ImportSettings, Quantity};
 use crate::recording::error::{ImportError, WarningKind};
 
 impl ColumnSearch<'_> {
+    /// Of x and y, which a camera sees, y is the height.
+    pub(super) fn height_of_plane(&mut self, candidates: &mut Vec<usize>) {
+        let axis = |i: &usize| self.column(*i).and_then(Column::axis);
+        let [a, b] = candidates.as_slice() else {
+            return;
+        };
+        let (y, x) = match (axis(a), axis(b)) {
+            (Some('x'), Some('y')) => (*b, *a),
+            (Some('y'), Some('x')) => (*a, *b),
+            _ => return,
+        };
+        let message = format!(
+            "column {} is taken for the height; column {} is sideways and is left out",
+            self.name(y),
+            self.name(x)
+        );
+        if self.facts.is_si {
+            let line = Some(self.facts.line);
+            self.mapping.warn(WarningKind::GuessedColumn, line, message);
+        } else {
+            self.mapping
+                .guess(WarningKind::GuessedColumn, self.facts.line, message);
+        }
+        self.taken.push(x);
+        *candidates = vec![y];
+    }
+
     /// No displacement has a known name: by its unit, else a velocity or an acceleration, else a
     /// channel in volts.
     pub(super) fn motion(&mut self, settings: &mut ImportSettings) {

@@ -93,7 +93,7 @@ fn of_cells(cells: &[&[u8]], marks: Marks) -> ColumnSample {
     let all: Vec<f64> = cells
         .iter()
         .map(|cell| number::cell_with(cell, marks, 0))
-        .filter(|x| x.is_finite() && !number::OVERRANGE.contains(&x.abs()))
+        .filter(|x| x.is_finite() && !number::kinds::OVERRANGE.contains(&x.abs()))
         .collect();
     let text = |cell: &&[u8]| String::from_utf8_lossy(cell).into_owned();
     let clocks = cells

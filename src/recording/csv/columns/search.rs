@@ -167,6 +167,14 @@ impl<'a> ColumnSearch<'a> {
                 let options = "--rate 50kHz or --dt 20us".to_owned();
                 (question.clone(), self.undecided(question, options))
             }
+            None if self.is_spectrum() => (
+                "a spectrum, not a recording in time".to_owned(),
+                ImportError::Spectrum {
+                    file: self.facts.file.into(),
+                    line: self.facts.line,
+                    found: found.into(),
+                },
+            ),
             None => (
                 "no t column was recognised".to_owned(),
                 ImportError::NoTimeColumn {
@@ -177,6 +185,17 @@ impl<'a> ColumnSearch<'a> {
             ),
         };
         self.mapping.ask(Topic::Clock, error, short);
+    }
+
+    /// Whether the first column is a frequency.
+    fn is_spectrum(&self) -> bool {
+        let first = self.cells.iter().find(|cell| !cell.trim().is_empty());
+        first.is_some_and(|cell| {
+            let cell = cell.trim().trim_matches('"').to_lowercase();
+            ["freq", "f [", "f ("]
+                .iter()
+                .any(|start| cell.starts_with(start))
+        })
     }
 
     fn say_clock(&mut self, interval: f64) {
@@ -224,11 +243,13 @@ impl<'a> ColumnSearch<'a> {
                     self.name(i),
                     sample.map_or(0.0, |s| s.step)
                 );
+                let short = Some(question.clone());
                 let error = self.undecided(question, "--unit t=ms (or s, us)".to_owned());
                 self.assumed(Role::Time, i, unit);
                 self.mapping.questions.push(super::Question {
                     topic: Topic::Unit(Role::Time),
                     error,
+                    short,
                 });
             }
             _ => self.assumed(Role::Time, i, unit),
@@ -330,33 +351,6 @@ impl<'a> ColumnSearch<'a> {
         role.set(settings, Some(ColumnChoice::new(*first, unit)));
     }
 
-    /// Of x and y, which a camera sees, y is the height.
-    fn height_of_plane(&mut self, candidates: &mut Vec<usize>) {
-        let axis = |i: &usize| self.column(*i).and_then(Column::axis);
-        let [a, b] = candidates.as_slice() else {
-            return;
-        };
-        let (y, x) = match (axis(a), axis(b)) {
-            (Some('x'), Some('y')) => (*b, *a),
-            (Some('y'), Some('x')) => (*a, *b),
-            _ => return,
-        };
-        let message = format!(
-            "column {} is taken for the height; column {} is sideways and is left out",
-            self.name(y),
-            self.name(x)
-        );
-        if self.facts.is_si {
-            let line = Some(self.facts.line);
-            self.mapping.warn(WarningKind::GuessedColumn, line, message);
-        } else {
-            self.mapping
-                .guess(WarningKind::GuessedColumn, self.facts.line, message);
-        }
-        self.taken.push(x);
-        *candidates = vec![y];
-    }
-
     /// Says which columns with a less fitting name are not used.
     fn others_with_a_name(&mut self, role: Role, chosen: usize) {
         let others = self.free_with(|c| c.rank(role).is_some() && c.fits(role) && c.unit.is_some());
@@ -388,12 +382,15 @@ impl<'a> ColumnSearch<'a> {
         self.assumed(role, i, unit);
         if let Suggestion::Guess(_) = suggestion {
             let question = format!("column {} names no unit of length", self.name(i));
+            let short = Some(question.clone());
             let options = format!("--unit {}=um (or m, mm, nm)", role.symbol());
             let error = self.undecided(question, options);
             let topic = Topic::Unit(role);
-            self.mapping
-                .questions
-                .push(super::Question { topic, error });
+            self.mapping.questions.push(super::Question {
+                topic,
+                error,
+                short,
+            });
         }
         unit.to_owned()
     }

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use crate::recording::csv::columns::units::{
     TimeUnit, example_scale, kind_of, sensitivity, time_unit, unit_shift,
 };
+use crate::recording::csv::number::kinds::OVERRANGE;
 use crate::recording::csv::number::marks::Marks;
-use crate::recording::csv::number::{OVERRANGE, calendar, relative_time};
+use crate::recording::csv::number::{calendar, relative_time};
 use crate::recording::csv::settings::{ColumnChoice, Decimal, ImportSettings};
 use crate::recording::error::ImportError;
 use crate::recording::times::exact_time::ExactTime;

@@ -1,8 +1,12 @@
 //! Text exports of oscilloscopes and recorders whose header says what the plain form says in its
 //! names: one file a maker.
 
+mod digilent;
+mod hioki;
 mod keysight;
 mod lecroy;
+mod picoscope;
+mod red_pitaya;
 mod rigol;
 mod rohde_schwarz;
 mod siglent;
@@ -93,9 +97,12 @@ impl ScopeHeader {
     }
 }
 
-/// The readers, one a maker. PicoScope, Hioki, Digilent and Red Pitaya write the plain form: names with
-/// units, or names above units.
-const MAKERS: [fn(&Head) -> Option<ScopeHeader>; 7] = [
+/// The readers, one a maker.
+const MAKERS: [fn(&Head) -> Option<ScopeHeader>; 11] = [
+    digilent::read,
+    hioki::read,
+    picoscope::read,
+    red_pitaya::read,
     keysight::read,
     rigol::read,
     siglent::read,

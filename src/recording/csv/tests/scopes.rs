@@ -88,27 +88,98 @@ fn two_channels() {
              Data:,\n".to_owned() + &rows(|_, _, v, x| format!("{v:.4e},{x:.8e}")),
             Some("Keysight Infiniium"), "Channel 1", "Channel 2",
         ),
-        // PicoScope, Digilent WaveForms, Red Pitaya, Hioki: the plain form.
         (
             "Time,Channel A,Channel B\n(ms),(V),(V)\n\n".to_owned()
                 + &rows(|t, _, v, x| format!("{:.6},{v},{x:.8}", 1e3 * t)),
-            None, "Channel A", "Channel B",
+            Some("PicoScope"), "Channel A", "Channel B",
+        ),
+        (
+            "Zeit;Kanal A;Kanal B\n(ms);(V);(mV)\n\n".to_owned()
+                + &rows(|t, _, v, x| {
+                    format!("{:.6};{v:.3};{:.6}", 1e3 * t, 1e3 * x).replace('.', ",")
+                }),
+            Some("PicoScope"), "Kanal A", "Kanal B",
         ),
         (
             "#Digilent WaveForms Oscilloscope Acquisition\n#Serial Number: SN:0\n\n\
              Time (s),Channel 1 (V),Channel 2 (V)\n".to_owned() + &rows(both),
-            None, "Channel 1", "Channel 2",
+            Some("Digilent WaveForms"), "Channel 1", "Channel 2",
         ),
-        ("T [s],IN1 [V],IN2 [V]\n".to_owned() + &rows(both), None, "IN1", "IN2"),
+        ("T [s],IN1 [V],IN2 [V]\n".to_owned() + &rows(both), Some("Red Pitaya"), "IN1", "IN2"),
         (
             "\"HIOKI MR8847\"\n\"Sampling\",\"250us\"\n\"Time[s]\",\"CH1[V]\",\"CH2[V]\"\n".to_owned()
                 + &rows(|t, _, v, x| format!("\"{t:.6e}\",\"{v:.4e}\",\"{x:.8e}\"")),
-            None, "CH1", "CH2",
+            Some("Hioki"), "CH1", "CH2",
+        ),
+        (
+            "\"File name\",\"WAVE0001.CSV\",\"V1.00\"\n\"Title comment\",\"\"\n\
+             \"Start trigger time\",\"'10-06-30 15:53:03\"\n\"CH\",\"CH1\",\"CH2\",\"LA1\",\n\
+             \"Mode\",\"DC\",\"DC\",\"LOGIC\",\n\"Range\",\"50V\",\"2V\",\"-\",\n\
+             \"Comment\",\"\",\"meter output\",\"\",\n\"Scaling\",\"Off\",\"Off\",\"-\",\n\
+             \"Time\",\"CH1[V]\",\"CH2[V]\",\"LA1\",\n".to_owned()
+                + &rows(|t, _, v, x| format!("{t:.9E},{v:.5E},{x:.8E},1,")),
+            Some("Hioki"), "CH1", "meter output",
+        ),
+        (
+            "\"File name\",\"WAVE0001.CSV\",\"V 1.00\"\n\"Title comment\",\"\"\n\
+             \"Trigger Time\",\"'12-07-01 09:14:03\"\n\
+             \"Ch\",\"Mode\",\"Range\",\"Comment\",\"Scaling\",\"Ratio\",\"Offset\"\n\
+             \"CH-1\",\"Voltage\",\"10V\",\"amplifier\",\"Off\",\"-\",\"-\"\n\
+             \"CH-2\",\"Voltage\",\"1V\",\"\",\"Off\",\"-\",\"-\"\n\
+             \"Time\",\"CH-1[V]\",\"CH-2[V]\"\n".to_owned()
+                + &rows(|t, _, v, x| format!("{t:.9E},{v:.5E},{x:.8E}")),
+            Some("Hioki"), "amplifier", "CH-2",
         ),
     ];
     for (text, maker, v, xp) in cases {
         check(&read(&text, &[("V", v), ("xp", xp)], maker), true);
     }
+}
+
+/// WaveForms writes no times where they are switched off: the rate says them.
+#[test]
+fn a_rate_in_the_comments_is_the_clock() {
+    for rate in ["4000Hz", "4kHz", "4e3Hz"] {
+        let text = format!(
+            "#Digilent WaveForms Oscilloscope Acquisition\n#Sample rate: {rate}\n#Samples: 40\n\n\
+             Channel 1 (V),Channel 2 (V)\n"
+        ) + &rows(|_, _, v, x| format!("{v:.4e},{x:.8e}"));
+        let r = read(
+            &text,
+            &[("V", "Channel 1"), ("xp", "Channel 2")],
+            Some("Digilent WaveForms"),
+        );
+        assert_eq!(r.len(), 40, "{rate}");
+        assert!((r.interval() - 250e-6).abs() < 1e-15, "{rate}");
+    }
+}
+
+/// Volts or divisions of the screen: Red Pitaya does not say, so it is asked.
+#[test]
+fn inputs_without_a_unit_are_asked_about() {
+    let text = "Time[ms], IN1, IN2\n".to_owned()
+        + &rows(|t, _, v, x| format!("{:.6}, {v:.4}, {x:.8}", 1e3 * t));
+    let error = fails(text.as_bytes()).to_string();
+    assert!(error.contains("--column"), "{error}");
+    let own = |a: &str, b: &str| (a.to_owned(), b.to_owned());
+    let choices = ReadingChoices {
+        columns: vec![own("V", "IN1"), own("xp", "IN2")],
+        units: vec![own("V", "V"), own("xp", "V")],
+        scales: vec![own("xp", "50um/V")],
+        ..ReadingChoices::default()
+    };
+    check(
+        &import_bytes_chosen("x", text.as_bytes(), &choices).unwrap(),
+        true,
+    );
+    // Times below a millisecond are written in microseconds, as some versions do.
+    let mixed = "Time[ms], IN1, IN2\n".to_owned()
+        + &rows(|t, _, v, x| {
+            let factor = if t.abs() < 0.9e-3 { 1e6 } else { 1e3 };
+            format!("{:.6}, {v:.4}, {x:.8}", factor * t)
+        });
+    let error = import_bytes_chosen("x", mixed.as_bytes(), &choices).unwrap_err();
+    assert!(error.to_string().contains("unit"), "{error}");
 }
 
 #[test]

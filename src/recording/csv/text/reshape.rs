@@ -155,7 +155,7 @@ pub(in crate::recording::csv) fn labels(line: &[u8]) -> Option<Vec<Label<'_>>> {
         let named = name
             .first()
             .is_some_and(|b| b.is_ascii_alphabetic() || *b >= 0x80);
-        if !named || !number::is_number(value) {
+        if !named || !number::kinds::is_number(value) {
             return None;
         }
         found.push(Label { name, value, unit });

@@ -106,6 +106,14 @@ fn headers_that_are_not_believed() {
     assert!(of(more).contains("ends at byte"), "{}", of(more));
     let deep = "(".repeat(5000);
     assert!(of(&deep).contains("the header"));
+    // What, where, and what to do.
+    let odd = of("{'descr': '<f8', 'shape': (9,), }\n");
+    for part in ["a.npy", "byte 10", "'shape': (9,)", "numpy.save"] {
+        assert!(odd.contains(part), "{odd}");
+    }
     let long = refusal(("a.npy", b"\x93NUMPY\x02\0\xff\xff\xff\xff{}"));
-    assert!(long.contains("length of the header"), "{long}");
+    assert!(
+        long.contains("length of the header") && long.contains("numpy.save"),
+        "{long}"
+    );
 }

@@ -58,6 +58,17 @@ fn spectra_are_left_out_or_refused() {
     assert!(refused.contains("no time histories"), "{refused}");
 }
 
+/// Found by fuzzing: a function whose header gives no number of values made a table without rows.
+#[test]
+fn functions_without_values_are_left_out() {
+    let read = tables(test_file!("uff/no_values.uff"));
+    assert!(read.iter().all(|table| table.rows() > 0));
+    assert!(
+        read.iter()
+            .all(|table| notes_say(table, &["Left out", "no values"]))
+    );
+}
+
 #[test]
 fn units_of_the_file() {
     let read = table(test_file!("uff/units_164.uff"));

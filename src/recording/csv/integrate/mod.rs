@@ -2,9 +2,11 @@
 //!
 //! The cumulative trapezoid (each step adds the mean of its ends times its length) is exact for readings
 //! that are straight between samples. What an integral cannot know is its start: the displacement at the
-//! first sample is 0. An offset of the instrument makes a line of it, which is not taken out: only the
-//! reader of the recording knows whether the device really drifts. Its size is returned, so that it can be
-//! said.
+//! first sample is 0. An offset of the instrument makes a line of it. Only the person who recorded it knows
+//! whether the device really drifts: [`drift`] takes out what is chosen. Its size is returned, so that it
+//! can be said.
+
+pub mod drift;
 
 /// A displacement and what it drifts by.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,7 +62,7 @@ pub fn integrate(time: &[f64], rate: &[f64]) -> Integral {
 
 #[cfg(test)]
 mod tests {
-    use super::super::integrate::*;
+    use super::super::integrate::integrate;
 
     #[test]
     fn lines_are_integrated_exactly() {

@@ -36,7 +36,7 @@ pub fn show(ui: &mut Ui, cells: &Cells, decimal: Decimal, roles: &Roles) {
         TableBuilder::new(ui)
             .id_salt("import table")
             .striped(true)
-            .max_scroll_height(150.0)
+            .max_scroll_height(96.0)
             .columns(
                 Column::initial(width).at_least(70.0).resizable(true),
                 columns,

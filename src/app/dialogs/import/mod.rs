@@ -1,18 +1,33 @@
-//! The import settings of a recording: columns, units, offset, scale and sign.
+//! The import settings of a recording: columns, units, offset, scale and sign, and what it is put together
+//! with; with the beginning of the file as a table, and the recording as curves.
+
+pub(super) mod columns;
+mod live;
+mod put_together;
+mod sample;
+mod table;
 
 use std::path::PathBuf;
 
-use eframe::egui::{Align2, Button, ComboBox, Grid, Id, RichText, TextEdit, Ui, Window};
-
-use super::columns::{
-    Names, chooser, interval, lines_before, micrometres, pick, scale, sensitivity,
+use eframe::egui::{
+    Align2, Button, ComboBox, Grid, Id, RichText, ScrollArea, TextEdit, Ui, Window,
 };
-use super::sample::{Cells, Sample};
-use super::table::Roles;
-use super::{Answer, enter, escape, table};
+
+use self::columns::{
+    Names, chooser, drift, interval, lines_before, micrometres, pick, scale, sensitivity,
+};
+use self::live::Live;
+use self::put_together::PutTogether;
+use self::sample::{Cells, Sample};
+use self::table::Roles;
+use super::{Answer, enter, escape};
+use crate::app::files::recent::{Sensitivity, sensitivities_for};
 use crate::app::theme;
 use crate::model::unit::{format_quantity, parse_quantity};
-use crate::recording::csv::{Decimal, Delimiter, Encoding, ImportSettings, Preview, TimeZero};
+use crate::recording::combine::Combination;
+use crate::recording::csv::{
+    ColumnChoice, Decimal, Delimiter, Encoding, ImportSettings, Preview, Quantity, TimeZero,
+};
 
 /// Units offered for each quantity.
 const TIME_UNITS: [&str; 9] = ["s", "ms", "us", "ns", "min", "h", "days", "clock", "sample"];
@@ -21,6 +36,8 @@ const MOTION_UNITS: [&str; 11] = [
     "m", "cm", "mm", "um", "nm", "m/s", "mm/s", "um/s", "m/s^2", "V", "mV",
 ];
 
+/// Height of the dialog's title and buttons, and of what stays free around it \[points\].
+const FRAME_HEIGHT: f32 = 110.0;
 /// What the choice of t = 0 means.
 const ZERO_HELP: &str = "The first row: times count from the first sample, where the simulation \
      starts. The file's own zero: times stay as in the file; choose it if its zero means something, \
@@ -42,16 +59,31 @@ pub struct ImportDialog {
     sample: Option<Sample>,
     /// The table shown.
     cells: Cells,
+    /// What else the recording is made of.
+    together: PutTogether,
+    /// The recording as it is read now.
+    live: Live,
+    /// Sensitivities given before for this folder.
+    known: Vec<Sensitivity>,
     /// Whether a value was being edited; Escape then ends only the edit.
     editing: bool,
     is_new: bool,
 }
 
 impl ImportDialog {
-    /// A dialog that starts with `known` settings, else with the guessed ones.
-    pub fn new(path: PathBuf, preview: Preview, known: Option<ImportSettings>) -> Self {
+    /// A dialog that starts with `known` settings, else with the guessed ones; `runs` are the recordings that
+    /// are open.
+    pub fn new(
+        path: PathBuf,
+        preview: Preview,
+        known: Option<ImportSettings>,
+        runs: &[PathBuf],
+    ) -> Self {
         let settings = known.unwrap_or_else(|| preview.settings.clone());
         Self {
+            together: PutTogether::new(&path, settings.combine.as_ref(), runs),
+            live: Live::default(),
+            known: sensitivities_for(&path),
             offset: format_quantity(settings.time_offset, "s", 9),
             offset_error: None,
             settings,
@@ -86,8 +118,12 @@ impl ImportDialog {
         if settings.time.is_none() && settings.clock.is_none() {
             return Some("Choose a column for the time, or give the sampling interval.".to_owned());
         }
-        if settings.proof_mass.is_none() {
+        let is_one_of_two = matches!(settings.combine, Some(Combination::Points { .. }));
+        if settings.proof_mass.is_none() && !(is_one_of_two && settings.cantilever.is_some()) {
             return Some("Choose a column for the proof mass.".to_owned());
+        }
+        if let Some(missing) = self.together.missing() {
+            return Some(missing);
         }
         for (name, choice) in &choices[1..3] {
             if let Some(choice) = choice
@@ -167,17 +203,33 @@ impl ImportDialog {
             .default_width(760.0)
             .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
             .show(ui, |ui| {
-                self.findings(ui);
-                again = self.trials(ui);
-                ui.separator();
-                self.columns(ui, field);
-                self.clock(ui);
-                ui.separator();
-                if self.preview.is_text {
-                    self.text(ui);
-                    ui.separator();
-                }
-                table::show(ui, &self.cells, self.settings.decimal, &self.roles());
+                // The buttons stay in sight in a low window.
+                let most = ui.ctx().content_rect().height() - FRAME_HEIGHT;
+                ScrollArea::vertical()
+                    .id_salt("import settings")
+                    .max_height(most.max(200.0))
+                    .show(ui, |ui| {
+                        self.findings(ui);
+                        again = self.trials(ui);
+                        self.together.show(ui, self.preview.trials.len());
+                        self.settings.combine = self.together.combination();
+                        ui.separator();
+                        self.columns(ui, field);
+                        self.clock(ui);
+                        ui.separator();
+                        if self.preview.is_text {
+                            self.text(ui);
+                            ui.separator();
+                        }
+                        table::show(ui, &self.cells, self.settings.decimal, &self.roles());
+                        ui.separator();
+                        let missing = self.missing();
+                        let said =
+                            |text: &str| self.preview.warnings.iter().any(|w| w.message == text);
+                        let (path, size) = (&self.path, self.preview.size);
+                        self.live
+                            .show(ui, path, size, &self.settings, missing.is_none(), said);
+                    });
                 ui.separator();
                 let missing = self.missing();
                 ui.horizontal(|ui| {
@@ -209,11 +261,12 @@ impl ImportDialog {
         ui.strong(&self.preview.name)
             .on_hover_text(self.path.to_string_lossy());
         let color = theme::error(ui.visuals().dark_mode);
-        if let Some(problem) = self.preview.problem() {
-            ui.colored_label(color, problem.to_string());
+        let mut open: Vec<String> = self.preview.open_points().collect();
+        open.dedup();
+        for point in &open {
+            ui.colored_label(color, point);
         }
-        let problem = self.preview.problem().map(ToString::to_string);
-        let is_said = |line: &String| problem.as_ref().is_some_and(|text| text.contains(line));
+        let is_said = |line: &String| open.iter().any(|point| point.contains(line));
         for line in self
             .preview
             .ambiguities
@@ -253,7 +306,7 @@ impl ImportDialog {
                     }
                 })
                 .response;
-            super::columns::name(
+            columns::name(
                 &response,
                 eframe::egui::Role::ComboBox,
                 "recording of several",
@@ -285,6 +338,7 @@ impl ImportDialog {
             .map(|i| table::column_name(&self.cells, i))
             .collect();
         let settings = &mut self.settings;
+        let before = [settings.proof_mass.clone(), settings.cantilever.clone()];
         Grid::new("import columns").num_columns(6).show(ui, |ui| {
             for title in ["quantity", "column", "unit", "scale", "sign", "offset"] {
                 ui.weak(title);
@@ -299,7 +353,7 @@ impl ImportDialog {
             let text = ui
                 .add(text)
                 .on_hover_text("added to all times, for example -1 s");
-            super::columns::name(&text, eframe::egui::Role::TextInput, "time offset");
+            columns::name(&text, eframe::egui::Role::TextInput, "time offset");
             if text.changed() {
                 match parse_quantity(&self.offset, "s") {
                     Ok(offset) => {
@@ -323,8 +377,15 @@ impl ImportDialog {
             scale(ui, "voltage", &mut settings.voltage_scale);
             ui.end_row();
         });
+        take_known(&self.known, &before[0], "xp", &mut settings.proof_mass);
+        take_known(&self.known, &before[1], "xc", &mut settings.cantilever);
         sensitivity(ui, "proof mass", &mut settings.proof_mass);
         sensitivity(ui, "cantilever", &mut settings.cantilever);
+        let is_rate = |choice: &ColumnChoice| choice.kind != Quantity::Displacement;
+        let motions = [&settings.proof_mass, &settings.cantilever];
+        if motions.into_iter().flatten().any(is_rate) {
+            drift(ui, &mut settings.drift);
+        }
         if let Some(error) = &self.offset_error {
             ui.colored_label(theme::error(ui.visuals().dark_mode), error);
         }
@@ -372,5 +433,26 @@ impl ImportDialog {
             let all: Vec<_> = recognised.chain(all).collect();
             pick(ui, "encoding", &mut settings.encoding, &all);
         });
+    }
+}
+
+/// Fills in the sensitivity that was given before for this folder, where a column was just chosen whose unit is
+/// the instrument's.
+fn take_known(
+    known: &[Sensitivity],
+    before: &Option<ColumnChoice>,
+    channel: &str,
+    choice: &mut Option<ColumnChoice>,
+) {
+    let Some(own) = choice.as_mut().filter(|own| own.is_in_foreign_unit()) else {
+        return;
+    };
+    let is_new = before
+        .as_ref()
+        .is_none_or(|before| (before.index, &before.unit) != (own.index, &own.unit));
+    if is_new && own.scale.is_none() {
+        let mut fitting = known.iter();
+        let found = fitting.find(|k| k.channel == channel && k.unit == own.unit);
+        own.scale = found.map(|k| k.scale.clone());
     }
 }

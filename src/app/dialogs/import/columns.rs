@@ -3,7 +3,7 @@
 use eframe::egui::{ComboBox, DragValue, Response, Role, TextEdit, Ui, WidgetInfo};
 
 use crate::model::unit::format_quantity;
-use crate::recording::csv::{ColumnChoice, Quantity, SampleClock};
+use crate::recording::csv::{ColumnChoice, DriftRemoval, Quantity, SampleClock};
 
 /// Names of the columns.
 pub type Names = Vec<String>;
@@ -78,6 +78,40 @@ pub fn interval(ui: &mut Ui, clock: &mut Option<SampleClock>) {
                 format_quantity(1.0 / clock.interval, "", 6)
             ));
         }
+    });
+}
+
+/// What is taken out of a displacement that is integrated.
+pub fn drift(ui: &mut Ui, drift: &mut DriftRemoval) {
+    ui.horizontal_wrapped(|ui| {
+        ui.label("drift of the integral");
+        let labels = DriftRemoval::ALL.map(|one| (one, one.label()));
+        // A corner that was typed is one of the high-pass.
+        let mut kind = match *drift {
+            DriftRemoval::HighPass { .. } => DriftRemoval::HighPass { corner: None },
+            other => other,
+        };
+        let before = kind;
+        pick(ui, "drift", &mut kind, &labels);
+        if kind != before {
+            *drift = kind;
+        }
+        if let DriftRemoval::HighPass { corner } = drift {
+            let mut hertz = corner.unwrap_or(0.0);
+            let field = DragValue::new(&mut hertz)
+                .range(0.0..=1e9)
+                .speed(0.05)
+                .max_decimals(6)
+                .suffix(" Hz");
+            let field = ui
+                .add(field)
+                .on_hover_text("0: four periods of the corner fit into the recording");
+            name(&field, Role::SpinButton, "drift corner");
+            if field.changed() {
+                *corner = (hertz > 0.0).then_some(hertz);
+            }
+        }
+        ui.weak(kind.help());
     });
 }
 
