@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use eframe::egui::{Event, InputState, Key, KeyboardShortcut, Ui, ViewportCommand};
 
-use super::kept_curves;
+use super::{kept_curves, learn};
 use super::save::save;
 use crate::app::analysis::diagnosis;
 use crate::app::analysis::explore::source::drive_of;
@@ -59,8 +59,12 @@ pub fn is_possible(services: &Services, command: Command) -> bool {
     match command {
         Command::Undo => services.history.can_undo(),
         Command::Redo => services.history.can_redo(),
+        Command::TogglePause | Command::Restart | Command::Step if learn::takes_keys(state) => {
+            state.presenting.is_none() && state.learning.open.is_some()
+        }
         Command::TogglePause | Command::Restart => live,
         Command::Step => live && state.paused,
+        Command::Learn(command) => learn::is_possible(state, command),
         Command::LoadDrive | Command::UseDrawnDrive => state.setup.preset.model.piezo.is_some(),
         Command::AutoAlign => !state.setup.overlays.is_empty() && state.snapshot.is_some(),
         Command::SmallMultiples => state.setup.overlays.iter().filter(|o| o.visible).count() > 1,
@@ -145,6 +149,9 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
             state.view.from_steady = !state.view.from_steady;
             set_mode(state, Mode::WholeSpan);
         }
+        Command::TogglePause | Command::Restart | Command::Step if learn::takes_keys(state) => {
+            learn::play(state, command);
+        }
         Command::TogglePause => toggle_pause(state),
         Command::Step => services.steps += 1,
         Command::Restart => {
@@ -186,6 +193,9 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         | Command::ExportWaveform
         | Command::ExportMap
         | Command::ExportGait => super::explore::run(services, command),
+        Command::Learn(_) | Command::Present | Command::ExportFilm => {
+            learn::run(services, ui, command);
+        }
         Command::SaveDiagnosed => services.dialogs.ask_path(Some(Purpose::Diagnosed)),
         Command::ExportReport => services.dialogs.ask_path(Some(Purpose::Report)),
         Command::ExportDiagnosis => services.dialogs.ask_path(Some(Purpose::Diagnosis)),

@@ -13,7 +13,7 @@ use super::options::WindowOptions;
 use super::screenshot::{PictureOutcome, Screenshot};
 use super::simulator::{self, Simulator};
 use super::{bars, diagnosis, toasts};
-use crate::app::actions::{intake, run};
+use crate::app::actions::{intake, learn, run};
 use crate::app::files::built_in;
 use crate::app::files::open::Files;
 use crate::app::files::recent::absolute;
@@ -100,11 +100,15 @@ impl Shell {
         open_case::advance(&mut services.state, ui.ctx());
         shortcuts(services, ui);
         bars::dropped_files(services, ui);
-        bars::menu_bar(services, ui);
-        bars::status_bar(services, ui);
-        CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
-            workspaces::show(ui, &mut services.state);
-        });
+        if services.state.presenting.is_some() {
+            workspaces::present::show(ui, &mut services.state);
+        } else {
+            bars::menu_bar(services, ui);
+            bars::status_bar(services, ui);
+            CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
+                workspaces::show(ui, &mut services.state);
+            });
+        }
         toasts::show(services, ui);
         run::dialogs(services, ui);
         run::run(services, ui);
@@ -210,7 +214,14 @@ fn shortcuts(services: &mut Services, ui: &Ui) {
     if ui.ctx().text_edit_focused() || services.dialogs.is_open() {
         return;
     }
+    // The presenter has keys of its own.
+    if services.state.presenting.is_some() {
+        return;
+    }
     for command in Command::all() {
+        if learn::takes_keys(&services.state) && !is_for_lessons(ui, command) {
+            continue;
+        }
         // The key of a command that would do nothing goes to the widgets.
         if !run::is_possible(services, command) {
             continue;
@@ -220,6 +231,18 @@ fn shortcuts(services: &mut Services, ui: &Ui) {
                 services.state.ask(command);
             }
         }
+    }
+}
+
+/// Whether a command takes its key in the lessons: their own do, and what is held with Ctrl. A key
+/// that a focused control uses is left to it.
+fn is_for_lessons(ui: &Ui, command: Command) -> bool {
+    let has_focus = ui.memory(|memory| memory.focused().is_some());
+    match command {
+        Command::TogglePause | Command::Restart | Command::Step => !has_focus,
+        Command::Learn(_) => true,
+        Command::Help | Command::ToggleTheme | Command::Present => true,
+        _ => command.shortcut().is_some_and(|keys| keys.modifiers.command),
     }
 }
 
