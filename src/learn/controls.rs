@@ -51,6 +51,16 @@ const DUTY_SPEC: ParameterSpec = ParameterSpec {
     equation: "",
 };
 
+/// Value of a drive by the id of its control; `None` if it has no such value.
+pub fn value_of_drive(drive: &Waveform, id: &str) -> Option<f64> {
+    drive_value(drive, drive_control(id)?.0)
+}
+
+/// SI unit of a control of drives.
+pub fn drive_unit(id: &str) -> Option<&'static str> {
+    Some(drive_control(id)?.1.unit)
+}
+
 /// Ids of the controls of drives.
 pub fn drive_ids() -> Vec<&'static str> {
     DRIVE_SPECS.iter().map(|(_, spec)| spec.id).collect()

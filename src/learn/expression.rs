@@ -249,10 +249,7 @@ impl Expression {
     ///
     /// # Errors
     /// Those of `of`, and [`ExpressionError::NotFinite`].
-    pub fn value(
-        &self,
-        of: &ValueOf<'_>,
-    ) -> Result<f64, ExpressionError> {
+    pub fn value(&self, of: &ValueOf<'_>) -> Result<f64, ExpressionError> {
         let value = match self {
             Self::Number(number) => *number,
             Self::Name { id, nth } => of(id, *nth)?,

@@ -2,6 +2,7 @@
 
 use super::expression::ExpressionError;
 use super::run::Run;
+use crate::model::parameter::ParameterId;
 use crate::sim::{Event, EventKind, Trace};
 
 /// Rows of the table of measures.
@@ -27,6 +28,7 @@ enum Kind {
     ReboundSpeed,
     ReboundHeight,
     ContactTime,
+    LongestContact,
     ReleaseForce,
     FilmForce,
     Highest,
@@ -47,6 +49,9 @@ enum Kind {
     DriveWork,
     Period,
     Duration,
+    ProofMass,
+    FirstFrequency,
+    StaticGap,
 }
 
 const fn one(id: &'static str, unit: &'static str, kind: Kind, text: &'static str) -> RunMeasure {
@@ -67,7 +72,7 @@ const fn each(id: &'static str, unit: &'static str, kind: Kind, text: &'static s
 }
 
 /// All measures.
-pub const RUN_MEASURES: [RunMeasure; 27] = [
+pub const RUN_MEASURES: [RunMeasure; 31] = [
     one(
         "impacts",
         "",
@@ -105,6 +110,12 @@ pub const RUN_MEASURES: [RunMeasure; 27] = [
         Kind::ContactTime,
         "length of a contact that has ended",
     ),
+    one(
+        "longest_contact",
+        "s",
+        Kind::LongestContact,
+        "length of the longest contact that has ended",
+    ),
     each(
         "release_force",
         "N",
@@ -117,12 +128,7 @@ pub const RUN_MEASURES: [RunMeasure; 27] = [
         Kind::FilmForce,
         "largest force of the gas film",
     ),
-    one(
-        "highest",
-        "m",
-        Kind::Highest,
-        "highest reading of the mass",
-    ),
+    one("highest", "m", Kind::Highest, "highest reading of the mass"),
     one("lowest", "m", Kind::Lowest, "lowest reading of the mass"),
     one(
         "peak_to_peak",
@@ -205,6 +211,19 @@ pub const RUN_MEASURES: [RunMeasure; 27] = [
     one("drive_work", "J", Kind::DriveWork, "work of the drive"),
     one("period", "s", Kind::Period, "period of the drive"),
     one("duration", "s", Kind::Duration, "length of the run"),
+    one("proof_mass", "kg", Kind::ProofMass, "mass at the tip"),
+    one(
+        "ring_frequency",
+        "Hz",
+        Kind::FirstFrequency,
+        "one over the time from the first turn at the top to the next",
+    ),
+    one(
+        "film_at_contact",
+        "m",
+        Kind::StaticGap,
+        "thickness of the gas film that is left at contact",
+    ),
 ];
 
 /// A measure by name.
@@ -258,10 +277,17 @@ fn of_run(run: &Run, kind: Kind, n: usize) -> Result<f64, &'static str> {
         Kind::ReboundSpeed => arrival()?.velocity_after.abs(),
         Kind::ReboundHeight => rebound_height(trace, n)?,
         Kind::ContactTime => releases(trace).nth(n).ok_or(NO_CONTACT)?.contact_duration,
+        Kind::LongestContact => {
+            let all = releases(trace).map(|event| event.contact_duration);
+            all.reduce(f64::max).ok_or(NO_CONTACT)?
+        }
         Kind::ReleaseForce => releases(trace).nth(n).ok_or(NO_CONTACT)?.pull_off_force,
         Kind::FilmForce => {
             let forces = trace.forces.as_ref().ok_or(NO_SAMPLES)?;
-            forces.film.iter().fold(0.0, |most: f64, f| most.max(f.abs()))
+            forces
+                .film
+                .iter()
+                .fold(0.0, |most: f64, f| most.max(f.abs()))
         }
         Kind::Highest => range().1,
         Kind::Lowest => range().0,
@@ -281,6 +307,11 @@ fn of_run(run: &Run, kind: Kind, n: usize) -> Result<f64, &'static str> {
         Kind::DriveWork => energies.drive_work,
         Kind::Period => run.period.ok_or(NO_PERIOD)?,
         Kind::Duration => run.duration,
+        Kind::ProofMass => run.model.proof_mass,
+        Kind::FirstFrequency => 1.0 / (maximum(trace, 1)?.0 - maximum(trace, 0)?.0),
+        Kind::StaticGap => {
+            run.model.parameters[ParameterId::Gp] - run.model.parameters[ParameterId::Dp]
+        }
     })
 }
 
@@ -343,7 +374,9 @@ fn last_period(run: &Run) -> Result<(f64, f64), &'static str> {
 }
 
 fn loop_width(run: &Run) -> Result<f64, &'static str> {
-    let window = last_period(run)?;
+    let (from, to) = last_period(run)?;
+    // A crossing at the very beginning of the period lies between two samples, too.
+    let window = (from - 2.0 * run.trace.dt, to);
     let trace = &*run.trace;
     let volts = between(trace, &trace.voltage, window);
     let xp = between(trace, &trace.proof_mass, window);

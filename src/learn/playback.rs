@@ -92,7 +92,11 @@ impl SlowMoments {
     pub fn of(trace: &Trace, duration: f64) -> Self {
         let reach = SLOW_SHARE * duration;
         let mut times: Vec<f64> = Vec::new();
-        for event in trace.events.iter().filter(|e| e.kind != EventKind::DriveStep) {
+        for event in trace
+            .events
+            .iter()
+            .filter(|e| e.kind != EventKind::DriveStep)
+        {
             let is_new = times
                 .last()
                 .is_none_or(|last| event.time - last > CHATTER_STRETCHES * reach);

@@ -141,7 +141,9 @@ impl Pupil {
                 ])?;
             }
         }
-        writer.into_inner().map_err(|error| error.into_error().into())
+        writer
+            .into_inner()
+            .map_err(|error| error.into_error().into())
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::energy::{EnergyTrace, run_with_energies};
 use super::expression::ExpressionError;
-use super::measures;
+use super::{controls, measures};
 use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
@@ -45,6 +45,8 @@ pub struct Run {
     pub period: Option<f64>,
     /// How long it is \[s\].
     pub duration: f64,
+    /// Its drive.
+    pub drive: Waveform,
 }
 
 impl Scene {
@@ -94,6 +96,7 @@ impl Scene {
             energies,
             period: self.drive.period(),
             duration: self.duration,
+            drive: self.drive.clone(),
         }))
     }
 }
@@ -107,6 +110,9 @@ impl Run {
         if let (Some(value), None) = (self.model.get(id), nth) {
             return Ok(value);
         }
+        if let (Some(value), None) = (controls::value_of_drive(&self.drive, id), nth) {
+            return Ok(value);
+        }
         measures::value(self, id, nth)
     }
 
@@ -114,6 +120,7 @@ impl Run {
     pub fn unit_of(&self, id: &str) -> Option<&'static str> {
         self.model
             .unit_of(id)
+            .or_else(|| controls::drive_unit(id))
             .or_else(|| measures::find(id).map(|spec| self.model.coordinate.unit(spec.unit)))
     }
 }

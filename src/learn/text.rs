@@ -19,6 +19,8 @@ use crate::model::unit::{format_number, format_quantity, unit_factor};
 
 /// The name of the drive among changes of a scene.
 const DRIVE_KEY: &str = "drive";
+/// The name of the span among changes of a scene.
+const DURATION_KEY: &str = "duration";
 /// Span of a chirp after `@` that names none \[s\].
 const USUAL_DRIVE_SPAN: f64 = 1.0;
 /// Digits of a number without a number of its own.
@@ -65,7 +67,9 @@ enum Change {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum TextError {
     /// A brace is missing.
-    #[error("the placeholder at \"{0}\" does not end; write {{...}} and double a brace of the text")]
+    #[error(
+        "the placeholder at \"{0}\" does not end; write {{...}} and double a brace of the text"
+    )]
     Open(String),
     /// The expression is wrong.
     #[error(transparent)]
@@ -157,7 +161,7 @@ impl Text {
         for number in self.numbers() {
             number.expression.each_name(with)?;
             let ids = number.changes.iter().map(|(id, _)| id);
-            for id in ids.filter(|id| *id != DRIVE_KEY) {
+            for id in ids.filter(|id| ![DRIVE_KEY, DURATION_KEY].contains(&id.as_str())) {
                 with(id)?;
             }
         }
@@ -253,6 +257,7 @@ impl Number {
         let mut changed = scene.clone();
         for (id, value) in &self.changes {
             match value {
+                Change::Value(span) if id == DURATION_KEY => changed.duration = *span,
                 Change::Drive(drive) => changed.drive = drive.clone(),
                 Change::Value(value) => {
                     let set = changed.preset.model.set(id, *value);
@@ -300,7 +305,7 @@ impl Number {
 
 /// A unit as it is shown: micro with its sign.
 fn on_screen(unit: &str) -> String {
-    let prefixed = ["um", "uN", "us", "uJ"];
+    let prefixed = ["um", "uN", "us", "uJ", "ug"];
     let mut shown = unit.to_owned();
     for text in prefixed {
         shown = shown.replace(text, &text.replacen('u', "\u{b5}", 1));

@@ -81,7 +81,9 @@ pub fn receive(services: &mut Services) -> bool {
             FileEvent::Lesson { lesson } => {
                 let state = &mut services.state;
                 state.learning.take(*lesson);
-                WorkspaceId::Learn.name().clone_into(&mut state.view.workspace);
+                WorkspaceId::Learn
+                    .name()
+                    .clone_into(&mut state.view.workspace);
             }
             FileEvent::Drawn { drawn } => explore::opened(services, *drawn),
             FileEvent::TypePath { purpose } => {

@@ -44,8 +44,13 @@ pub fn run(services: &mut Services, ui: &Ui, command: Command) {
     let state = &mut services.state;
     match command {
         Command::Learn(command) => {
-            if !matches!(command, LearnCommand::OpenLesson | LearnCommand::ExportAnswers) {
-                WorkspaceId::Learn.name().clone_into(&mut state.view.workspace);
+            if !matches!(
+                command,
+                LearnCommand::OpenLesson | LearnCommand::ExportAnswers
+            ) {
+                WorkspaceId::Learn
+                    .name()
+                    .clone_into(&mut state.view.workspace);
             }
             lesson(services, command);
         }
@@ -55,7 +60,9 @@ pub fn run(services: &mut Services, ui: &Ui, command: Command) {
             if services.film.is_some() {
                 services.dialogs.ask_path(Some(Purpose::Film));
             } else {
-                services.fail("There is no run to make a film of; wait for the first result".to_owned());
+                services.fail(
+                    "There is no run to make a film of; wait for the first result".to_owned(),
+                );
             }
         }
         _ => {}
@@ -145,14 +152,18 @@ fn scene_of(state: &State, drives: &mut RecordedDriveCache) -> Option<SavedScene
         drive,
         duration: state.setup.duration,
     };
-    let pictures = state.view.pictures.iter().filter_map(|picture| match picture {
-        Picture::Voltage => Some(LessonPicture::Voltage),
-        Picture::Trajectory => Some(LessonPicture::Trajectory),
-        Picture::Forces => Some(LessonPicture::Forces),
-        Picture::PhasePortrait => Some(LessonPicture::PhasePortrait),
-        Picture::DriveLoop => Some(LessonPicture::DriveLoop),
-        Picture::Residual | Picture::Device => None,
-    });
+    let pictures = state
+        .view
+        .pictures
+        .iter()
+        .filter_map(|picture| match picture {
+            Picture::Voltage => Some(LessonPicture::Voltage),
+            Picture::Trajectory => Some(LessonPicture::Trajectory),
+            Picture::Forces => Some(LessonPicture::Forces),
+            Picture::PhasePortrait => Some(LessonPicture::PhasePortrait),
+            Picture::DriveLoop => Some(LessonPicture::DriveLoop),
+            Picture::Residual | Picture::Device => None,
+        });
     Some(SavedScene {
         controls: main_controls(&scene),
         pictures: pictures.collect(),
@@ -168,7 +179,9 @@ fn main_controls(scene: &Scene) -> Vec<Control> {
         id: id.to_owned(),
         range: None,
     };
-    let primary = ParameterId::ALL.into_iter().filter(|id| id.spec().rank == Rank::Primary);
+    let primary = ParameterId::ALL
+        .into_iter()
+        .filter(|id| id.spec().rank == Rank::Primary);
     let others = [ParameterId::Zeta1, ParameterId::F1, ParameterId::X0];
     let ids = primary.chain(others).map(|id| control(id.spec().id));
     ids.filter(|control| control.spec(scene).is_some())
@@ -193,8 +206,10 @@ fn film(state: &State, drives: &mut RecordedDriveCache) -> Option<FilmRequest> {
         if saved.shows.energies {
             saved.pictures.push(LessonPicture::Energy);
         }
-        return Some(FilmRequest::new(saved, span, state.view.dark)
-            .slow_at_impacts(presenting.playback.slows_at_impacts));
+        return Some(
+            FilmRequest::new(saved, span, state.view.dark)
+                .slow_at_impacts(presenting.playback.slows_at_impacts),
+        );
     }
     let saved = scene_of(state, drives)?;
     let cursors = state.cursors.first.zip(state.cursors.second);

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use eframe::egui::{Event, InputState, Key, KeyboardShortcut, Ui, ViewportCommand};
 
-use super::{kept_curves, learn};
 use super::save::save;
+use super::{kept_curves, learn};
 use crate::app::analysis::diagnosis;
 use crate::app::analysis::explore::source::drive_of;
 use crate::app::dialogs::{Answer, Target};

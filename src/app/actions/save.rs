@@ -47,20 +47,22 @@ pub fn save(services: &mut Services, purpose: Purpose, path: PathBuf) {
 
 /// Writes a film; it can be cancelled.
 fn film(services: &Services, request: FilmRequest, path: PathBuf) {
-    services.files.work("filming", path.clone(), move |context| {
-        let progress = |share: f32| context.progress(share);
-        Some(match export::film::write(&request, &path, &progress) {
-            Ok(true) => FileEvent::Saved {
-                purpose: Purpose::Film,
-                path,
-                remark: None,
-            },
-            Ok(false) => return None,
-            Err(reason) => FileEvent::Failed {
-                message: format!("No film was made: {reason}"),
-            },
-        })
-    });
+    services
+        .files
+        .work("filming", path.clone(), move |context| {
+            let progress = |share: f32| context.progress(share);
+            Some(match export::film::write(&request, &path, &progress) {
+                Ok(true) => FileEvent::Saved {
+                    purpose: Purpose::Film,
+                    path,
+                    remark: None,
+                },
+                Ok(false) => return None,
+                Err(reason) => FileEvent::Failed {
+                    message: format!("No film was made: {reason}"),
+                },
+            })
+        });
 }
 
 fn write(

@@ -47,7 +47,10 @@ const GESTURES: [(&str, &str); 20] = [
     ("arrow keys on a slider", "move it step by step"),
     ("1 to 6", "choose an answer (Learn)"),
     ("Enter", "commit the prediction (Learn)"),
-    ("drag in the plot", "draw the predicted curve, move the mark (Learn)"),
+    (
+        "drag in the plot",
+        "draw the predicted curve, move the mark (Learn)",
+    ),
 ];
 
 /// Draws the list while `open`.

@@ -242,7 +242,9 @@ fn is_for_lessons(ui: &Ui, command: Command) -> bool {
         Command::TogglePause | Command::Restart | Command::Step => !has_focus,
         Command::Learn(_) => true,
         Command::Help | Command::ToggleTheme | Command::Present => true,
-        _ => command.shortcut().is_some_and(|keys| keys.modifiers.command),
+        _ => command
+            .shortcut()
+            .is_some_and(|keys| keys.modifiers.command),
     }
 }
 

@@ -5,9 +5,9 @@ mod error;
 mod file;
 mod read;
 mod tasks;
-mod written;
 #[cfg(test)]
 mod tests;
+mod written;
 
 use super::expression::Expression;
 use super::run::Scene;

@@ -8,6 +8,7 @@ use super::error::{LessonError, Source};
 use super::file::{FORMAT, File, Quantity, SetupEntry, StepEntry};
 use super::tasks::read_task;
 use super::{Lesson, LessonPicture, Step};
+use crate::learn::controls::value_of_drive;
 use crate::learn::measures;
 use crate::learn::run::Scene;
 use crate::learn::text::Text;
@@ -35,7 +36,8 @@ pub(super) struct Shown {
 
 /// Whether a text is that of a lesson, sound or not: it has a step.
 pub fn is_lesson_text(text: &str) -> bool {
-    text.lines().any(|line| line.trim_start().starts_with("[[step]]"))
+    text.lines()
+        .any(|line| line.trim_start().starts_with("[[step]]"))
 }
 
 impl Lesson {
@@ -87,7 +89,10 @@ impl Lesson {
                 "there is no step; write at least one, beginning with [[step]]",
             ));
         }
-        let steps = read.step.iter().map(|step| read_step(&source, step, &shown));
+        let steps = read
+            .step
+            .iter()
+            .map(|step| read_step(&source, step, &shown));
         Ok(Self {
             id: read.id.get_ref().clone(),
             title: read.title.get_ref().clone(),
@@ -199,7 +204,9 @@ fn changed(source: &Source<'_>, from: &Shown, entry: &SetupEntry) -> Result<Show
 
 fn picture(source: &Source<'_>, name: &Spanned<String>) -> Result<LessonPicture, LessonError> {
     let known = LessonPicture::ALL.iter();
-    let found = known.clone().find(|picture| picture.name() == name.get_ref());
+    let found = known
+        .clone()
+        .find(|picture| picture.name() == name.get_ref());
     found.copied().ok_or_else(|| {
         let names: Vec<&str> = known.map(|picture| picture.name()).collect();
         let reason = format!(
@@ -325,7 +332,8 @@ pub(super) fn check_name(
     id: &str,
     at: usize,
 ) -> Result<(), LessonError> {
-    if scene.preset.model.get(id).is_some() || measures::find(id).is_some() {
+    let is_of_drive = value_of_drive(&scene.drive, id).is_some();
+    if is_of_drive || scene.preset.model.get(id).is_some() || measures::find(id).is_some() {
         return Ok(());
     }
     let reason = format!(

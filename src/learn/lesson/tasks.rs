@@ -24,6 +24,8 @@ use crate::model::parameter::ParameterId;
 const CURVE_POINTS: (usize, usize) = (3, 40);
 /// What stands in place of an effect where nothing is concealed.
 pub(super) const NOTHING: &str = "nothing";
+/// What stands for the right side of the goal in the text of its task.
+const GOAL_NAME: &str = "{goal";
 /// Largest noise of a made recording \[m\].
 const MAX_NOISE: f64 = 1.0;
 
@@ -43,8 +45,7 @@ pub(super) fn read_task(
         step.concealed.is_some(),
     ];
     if count.into_iter().filter(|is_there| *is_there).count() > 1 {
-        let reason =
-            "a step has one task; write choice, mark, curve, explore, fit or concealed, not several";
+        let reason = "a step has one task; write choice, mark, curve, explore, fit or concealed, not several";
         return Err(source.fault(at, reason));
     }
     if let Some(choice) = &step.choice {
@@ -104,11 +105,7 @@ fn expression(
 }
 
 /// A claim such as `impact_speed(2) < 0.8 * impact_speed(1)`.
-fn claim(
-    source: &Source<'_>,
-    scene: &Scene,
-    text: &Spanned<String>,
-) -> Result<Claim, LessonError> {
+fn claim(source: &Source<'_>, scene: &Scene, text: &Spanned<String>) -> Result<Claim, LessonError> {
     let at = text.span().start;
     let signs = [
         ('<', Relation::Less),
@@ -120,8 +117,7 @@ fn claim(
         Some((left, relation, right))
     });
     let Some((left, relation, right)) = found else {
-        let reason =
-            "a check compares two expressions with <, > or ~ (equal within 5 %), for example \"impacts > 3\"";
+        let reason = "a check compares two expressions with <, > or ~ (equal within 5 %), for example \"impacts > 3\"";
         return Err(source.fault(at, reason));
     };
     Ok(Claim {
@@ -149,7 +145,11 @@ fn read_mark(source: &Source<'_>, scene: &Scene, entry: &MarkEntry) -> Result<Ma
         let reason = "the tolerance is above 0 and at most the range, in the unit of the mark";
         return Err(source.fault(entry.tolerance.span().start, reason));
     }
-    let axis = match entry.axis.as_ref().map(|axis| (axis.get_ref().as_str(), axis)) {
+    let axis = match entry
+        .axis
+        .as_ref()
+        .map(|axis| (axis.get_ref().as_str(), axis))
+    {
         None | Some(("own", _)) => MarkAxis::Own,
         Some(("time", _)) if base == "s" => MarkAxis::Time,
         Some(("displacement", _)) if base == scene.preset.model.coordinate.base_unit() => {
@@ -280,10 +280,17 @@ fn read_explore(
 ) -> Result<Explore, LessonError> {
     let (at, entry) = (entry.span().start, entry.get_ref());
     let goal = entry.goal.as_ref().map(|goal| claim(source, scene, goal));
+    let goal = goal.transpose()?;
+    let mut task = entry.task.clone();
+    if let Some(goal) = &goal {
+        // The text then says what the goal asks for.
+        let right = format!("{{({})", goal.right);
+        *task.get_mut() = task.get_ref().replace(GOAL_NAME, &right);
+    }
     Ok(Explore {
-        task: text_of(source, scene, &entry.task)?,
+        task: text_of(source, scene, &task)?,
         controls: some_controls(source, scene, &entry.controls, at)?,
-        goal: goal.transpose()?,
+        goal,
     })
 }
 

@@ -15,7 +15,8 @@ fn all() -> &'static [(Lesson, Vec<Run>)] {
         let with_runs = |lesson: Lesson| {
             let runs = lesson.steps.iter().map(|step| {
                 let run = step.scene.run(&|| true);
-                run.unwrap_or_else(|error| panic!("{}: {error}", lesson.id)).unwrap()
+                run.unwrap_or_else(|error| panic!("{}: {error}", lesson.id))
+                    .unwrap()
             });
             let runs = runs.collect();
             (lesson, runs)
@@ -44,7 +45,9 @@ fn every_lesson_that_comes_with_the_program_can_be_read() {
     for (lesson, _) in all() {
         let tasks = lesson.steps.iter().map(|step| &step.task);
         let asks = tasks.clone().filter(|t| t.is_prediction()).count();
-        let is_game = tasks.clone().any(|t| matches!(t, Task::Concealed(_) | Task::Fit(_)));
+        let is_game = tasks
+            .clone()
+            .any(|t| matches!(t, Task::Concealed(_) | Task::Fit(_)));
         assert!(asks > 0 || is_game, "{} asks nothing", lesson.id);
         let last = lesson.steps.last().unwrap();
         let is_free = matches!(
@@ -62,7 +65,12 @@ fn every_number_that_a_lesson_states_is_computed() {
             .written(run)
             .unwrap_or_else(|error| panic!("{}, {}: {error}", lesson.id, step.title));
         println!("## {} / {}\n{written:#?}", lesson.title, step.title);
-        for text in [&written.text, &written.alt, &written.question, &written.because] {
+        for text in [
+            &written.text,
+            &written.alt,
+            &written.question,
+            &written.because,
+        ] {
             assert!(!text.contains(['{', '}']), "{}: {text}", lesson.id);
         }
     }
@@ -85,7 +93,11 @@ fn the_right_answer_of_every_choice_is_what_the_simulation_does() {
             continue;
         };
         let holds = choice.check.holds(run).unwrap();
-        assert!(holds, "{}, {}: {}", lesson.id, step.title, choice.check.source);
+        assert!(
+            holds,
+            "{}, {}: {}",
+            lesson.id, step.title, choice.check.source
+        );
     }
 }
 
@@ -96,7 +108,10 @@ fn every_mark_and_curve_can_be_right_and_its_start_is_not() {
         match &step.task {
             Task::Mark(mark) => {
                 let found = mark.simulated(run).unwrap();
-                assert!(found > mark.range.0 && found < mark.range.1, "{at}: {found}");
+                assert!(
+                    found > mark.range.0 && found < mark.range.1,
+                    "{at}: {found}"
+                );
                 let right = score(&step.task, &Prediction::Mark(found), run, &[]).unwrap();
                 assert_eq!((right.score, right.stars()), (1.0, 3), "{at}");
                 let middle = 0.5 * (mark.range.0 + mark.range.1);
@@ -219,7 +234,9 @@ fn concealed_effects_are_seen_and_differ_from_each_other() {
             for seed in 0..60 {
                 let round = game.draw(i, seed).unwrap();
                 assert!(game.seal_holds(&round));
-                drawn.entry(game.opened(&round).unwrap().name.clone()).or_insert(round);
+                drawn
+                    .entry(game.opened(&round).unwrap().name.clone())
+                    .or_insert(round);
             }
             assert_eq!(drawn.len(), level.candidates.len(), "{}", level.name);
             let mut targets = Vec::new();
@@ -250,9 +267,13 @@ fn energies_of_every_step_add_up() {
         for (t, now) in &run.energies.points {
             let left = now.imbalance(&first) / scale;
             // Effects that change a law (drive, contact, structure) are not forces of their own.
-            let is_plain = step.scene.preset.model.effects.iter().all(|e| {
-                e.spec == crate::model::effects::weight()
-            });
+            let is_plain = step
+                .scene
+                .preset
+                .model
+                .effects
+                .iter()
+                .all(|e| e.spec == crate::model::effects::weight());
             if is_plain {
                 let at = format!("{}, {} at {t}", lesson.id, step.title);
                 assert!(left.abs() < 2e-3, "{at}: {left}");
@@ -283,24 +304,64 @@ fn a_faulty_lesson_is_refused_with_its_line_and_a_reason() {
         ("format = 1", "format = 7", 1, "format 7 is not known"),
         ("title = \"Mine\"\n", "titel = \"Mine\"\n", 3, "titel"),
         ("id = \"mine\"", "id = \"My lesson\"", 2, "small letters"),
-        ("bouncing-ball", "bouncing-bal", 6, "there is no preset \"bouncing-bal\"; write one of paper"),
+        (
+            "bouncing-ball",
+            "bouncing-bal",
+            6,
+            "there is no preset \"bouncing-bal\"; write one of paper",
+        ),
         ("[[step]]", "duration = -1\n[[step]]", 7, "duration"),
-        ("[[step]]", "drive = \"sine:10Hz:1V\"\n[[step]]", 7, "no drive"),
-        ("[[step]]", "pictures = [\"devise\"]\n[[step]]", 7, "there is no picture \"devise\""),
+        (
+            "[[step]]",
+            "drive = \"sine:10Hz:1V\"\n[[step]]",
+            7,
+            "no drive",
+        ),
+        (
+            "[[step]]",
+            "pictures = [\"devise\"]\n[[step]]",
+            7,
+            "there is no picture \"devise\"",
+        ),
         ("[[step]]", "set = { Cs = \"3 kg\" }\n[[step]]", 7, "kg"),
         ("[[step]]", "set = { eta = 1.0 }\n[[step]]", 7, "no bearing"),
-        ("[[step]]", "[setup.effects.gravitty]\ng = 1\n[[step]]", 7, "there is no effect \"gravitty\""),
-        ("[[step]]", "[setup.effects.gravity]\nh = 1\n[[step]]", 8, "no parameter \"h\""),
-        ("\"alpha\"", "\"alfa\"", 13, "no control \"alfa\"; write one of"),
+        (
+            "[[step]]",
+            "[setup.effects.gravitty]\ng = 1\n[[step]]",
+            7,
+            "there is no effect \"gravitty\"",
+        ),
+        (
+            "[[step]]",
+            "[setup.effects.gravity]\nh = 1\n[[step]]",
+            8,
+            "no parameter \"h\"",
+        ),
+        (
+            "\"alpha\"",
+            "\"alfa\"",
+            13,
+            "no control \"alfa\"; write one of",
+        ),
         ("\"alpha\"", "\"drive.frequency\"", 13, "no control"),
         ("{0.3 m = x0 + dp}", "0.3 m", 9, "0.3 is not computed"),
-        ("{0.3 m = x0 + dp}", "{impact_sped}", 9, "no measure \"impact_sped\""),
+        (
+            "{0.3 m = x0 + dp}",
+            "{impact_sped}",
+            9,
+            "no measure \"impact_sped\"",
+        ),
         ("{0.3 m = x0 + dp}", "{x0:parsec}", 9, "parsec"),
         ("{0.3 m = x0 + dp}", "{x0 +}", 9, "cannot be read"),
         ("{0.3 m = x0 + dp}", "{x0", 9, "does not end"),
         ("A ball falls and bounces.", " ", 10, "alternative text"),
         ("[step.explore]", "[step.explor]", 11, "explor"),
-        ("controls", "goal = \"impacts\"\ncontrols", 13, "compares two"),
+        (
+            "controls",
+            "goal = \"impacts\"\ncontrols",
+            13,
+            "compares two",
+        ),
         ("controls", "contrls", 13, "contrls"),
         ("title = \"One\"", "title = ", 8, ""),
     ] {
@@ -309,7 +370,10 @@ fn a_faulty_lesson_is_refused_with_its_line_and_a_reason() {
         let error = Lesson::parse("mine.toml", &text).unwrap_err();
         assert_eq!(error.line, line, "{error}");
         assert!(error.column >= 1 && error.to_string().starts_with("mine.toml, line "));
-        assert!(error.reason.contains(reason), "{error} (expected: {reason})");
+        assert!(
+            error.reason.contains(reason),
+            "{error} (expected: {reason})"
+        );
         assert!(!error.reason.contains('\n'), "{error}");
     }
     let no_step = SOUND.split("[[step]]").next().unwrap();
@@ -324,7 +388,10 @@ fn a_stated_number_that_does_not_hold_is_refused() {
     let step = &lesson.steps[0];
     let run = step.scene.run(&|| true).unwrap().unwrap();
     let error = step.written(&run).unwrap_err().to_string();
-    assert!(error.contains("0.4 m") && error.contains("0.3 m"), "{error}");
+    assert!(
+        error.contains("0.4 m") && error.contains("0.3 m"),
+        "{error}"
+    );
     let text = SOUND.replace("{0.3 m = x0 + dp}", "{contact_time(400)}");
     let lesson = Lesson::parse("mine.toml", &text).unwrap();
     let error = lesson.steps[0].written(&run).unwrap_err().to_string();
@@ -342,8 +409,5 @@ fn numbers_are_written_with_their_units_and_of_changed_scenes() {
     let run = step.scene.run(&|| true).unwrap().unwrap();
     let written = step.written(&run).unwrap().text;
     // A fall of 0.3 m under standard gravity takes sqrt(0.6 / g) = 247.35 ms.
-    assert_eq!(
-        written,
-        "It falls from 300 mm, 70 %, 247 ms, 300 mm, {x0}."
-    );
+    assert_eq!(written, "It falls from 300 mm, 70 %, 247 ms, 300 mm, {x0}.");
 }

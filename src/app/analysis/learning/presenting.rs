@@ -249,7 +249,8 @@ impl Presenting {
             let nearness = |side: &SceneResult| side.slow.nearness(at);
             nearness(a).total_cmp(&nearness(b))
         });
-        let slow = nearest.map_or_else(|| Arc::new(SlowMoments::default()), |r| Arc::clone(&r.slow));
+        let slow =
+            nearest.map_or_else(|| Arc::new(SlowMoments::default()), |r| Arc::clone(&r.slow));
         if self.pulled.is_none() {
             self.playback.advance(wall, duration, &slow);
         }

@@ -96,7 +96,9 @@ impl Answers for SceneRuns {
     ) -> Result<SceneResult, String> {
         let given_up = || "given up for a newer one".to_owned();
         let run = question.scene.run(go_on);
-        let run = run.map_err(|error| error.to_string())?.ok_or_else(given_up)?;
+        let run = run
+            .map_err(|error| error.to_string())?
+            .ok_or_else(given_up)?;
         self.generation += 1;
         let snapshot = Snapshot::new(
             self.generation,

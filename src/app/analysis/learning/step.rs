@@ -256,7 +256,12 @@ impl OpenStep {
         let prediction = self.draft.prediction(&step.task)?;
         let result = self.newest.as_ref()?;
         self.is_known = true;
-        match score(&step.task, &prediction, &result.run, &result.written.options) {
+        match score(
+            &step.task,
+            &prediction,
+            &result.run,
+            &result.written.options,
+        ) {
             Ok(scored) => {
                 self.scored = Some(scored.clone());
                 Some((Some(prediction), scored))

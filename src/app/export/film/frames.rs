@@ -62,7 +62,11 @@ impl Studio {
             CentralPanel::default().show(ui, |ui| draw(ui, request, result, time));
         });
         self.raster.take_textures(&output.textures_delta);
-        let background = self.context.style_of(self.context.theme()).visuals.panel_fill;
+        let background = self
+            .context
+            .style_of(self.context.theme())
+            .visuals
+            .panel_fill;
         self.raster.clear(background);
         let scale = output.pixels_per_point;
         for clipped in self.context.tessellate(output.shapes, scale) {

@@ -41,7 +41,9 @@ pub enum FilmError {
     #[error("the film would end before it begins; set its beginning and end anew")]
     EmptySpan,
     /// The film would be too long.
-    #[error("the film would have more than {MAX_FRAMES} pictures; play it faster, or choose a shorter span")]
+    #[error(
+        "the film would have more than {MAX_FRAMES} pictures; play it faster, or choose a shorter span"
+    )]
     TooLong,
     /// A picture could not be encoded.
     #[error("a picture could not be encoded: {0}")]
@@ -128,7 +130,9 @@ pub fn write(
     };
     let moments = request.moments(&result)?;
     let mut studio = Studio::new(request, FILM_SIZE);
-    let is_png = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+    let is_png = path
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
     let mut gif = Vec::new();
     let mut encoder = (!is_png).then(|| GifEncoder::new_with_speed(&mut gif, GIF_SPEED));
     if let Some(encoder) = &mut encoder {
@@ -144,7 +148,11 @@ pub fn write(
             None => write_atomically(&numbered(path, i + 1), &png(picture)?)?,
             Some(encoder) => {
                 let last = i + 1 == count;
-                let length = if last { LAST_FRAME_TIME } else { 1000 / FILM_RATE };
+                let length = if last {
+                    LAST_FRAME_TIME
+                } else {
+                    1000 / FILM_RATE
+                };
                 let delay = Delay::from_numer_denom_ms(length, 1);
                 encoder.encode_frame(Frame::from_parts(picture, 0, 0, delay))?;
             }

@@ -100,7 +100,10 @@ impl Raster {
                     continue;
                 }
                 let here = Vertex { pos: at, ..a };
-                let (u, v) = (cross(here, b, c) / twice_area, cross(a, here, c) / twice_area);
+                let (u, v) = (
+                    cross(here, b, c) / twice_area,
+                    cross(a, here, c) / twice_area,
+                );
                 let w = 1.0 - u - v;
                 if u < 0.0 || v < 0.0 || w < 0.0 {
                     continue;

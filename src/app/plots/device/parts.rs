@@ -2,8 +2,8 @@
 
 use eframe::egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, pos2, vec2};
 
-use super::look::DeviceLook;
 use super::Layout;
+use super::look::DeviceLook;
 use super::moment::{Extremes, Moment};
 use super::paint::{Colors, arrow, block, leader, nice_below, strip, text};
 use crate::model::unit::format_quantity;

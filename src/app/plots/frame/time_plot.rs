@@ -181,7 +181,10 @@ impl TimePlot {
             .sense(Sense::click_and_drag());
         let pixels = (ui.available_width() - style::AXIS_WIDTH).max(16.0) as usize;
         let cursors = common.cursors;
-        let seen = (window.0, self.playhead.map_or(window.1, |t| t.min(window.1)));
+        let seen = (
+            window.0,
+            self.playhead.map_or(window.1, |t| t.min(window.1)),
+        );
         let reply = axes::dress(plot, ui, height, x_label, label).show(ui, |plot| {
             plot.set_plot_bounds_x(window.0 / time.factor..=window.1 / time.factor);
             plot.set_plot_bounds_y(low / unit.factor..=high / unit.factor);
@@ -190,13 +193,7 @@ impl TimePlot {
                 plot.add(stripe(half / unit.factor, color));
             }
             if let Some(trace) = &self.contacts {
-                plot.add(contacts(
-                    trace,
-                    seen,
-                    time.factor,
-                    pixels,
-                    palette.contact,
-                ));
+                plot.add(contacts(trace, seen, time.factor, pixels, palette.contact));
             }
             for level in self.levels {
                 plot.add(Layer::level(
@@ -395,7 +392,9 @@ fn cursor_lines(cursors: Cursors, unit: f64, palette: &'static Palette) -> Layer
 
 /// A dot on each curve at the moment that the picture has come to.
 fn playhead_dots(curves: &[Curve], at: f64, (time_unit, unit): (f64, f64)) -> Layer {
-    let shown = curves.iter().filter(|curve| !curve.hidden && !curve.is_whole);
+    let shown = curves
+        .iter()
+        .filter(|curve| !curve.hidden && !curve.is_whole);
     let dots: Vec<([f64; 2], Color32)> = shown
         .filter_map(|curve| {
             let value = curve.value_at(at)?;

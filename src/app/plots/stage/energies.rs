@@ -42,7 +42,9 @@ fn colors(ui: &Ui) -> [Color32; 7] {
 
 /// The energies in words, for screen readers.
 fn energy_words(energies: &Energies) -> String {
-    let named = parts(energies).into_iter().filter(|(_, value)| *value > 0.0);
+    let named = parts(energies)
+        .into_iter()
+        .filter(|(_, value)| *value > 0.0);
     let words = named.map(|(name, value)| format!("{name} {}", format_quantity(value, "J", 2)));
     format!("Energies: {}", words.collect::<Vec<_>>().join(", "))
 }

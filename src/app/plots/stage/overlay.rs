@@ -84,9 +84,14 @@ pub(super) fn residual(ui: &Ui, stage: &Stage<'_>) -> Option<TimePlot> {
     let mut plot = TimePlot::new(Picture::Residual, "residual", "m");
     plot.least = target.target.noise;
     let color = style::palette(ui).proof_mass;
-    let curve = Curve::new("simulation - recording", Arc::clone(&target.residual), color);
+    let curve = Curve::new(
+        "simulation - recording",
+        Arc::clone(&target.residual),
+        color,
+    );
     plot.curves.push(curve.width(THIN_LINE).whole());
-    plot.bands.push((2.0 * target.target.noise, style::palette(ui).contact));
+    plot.bands
+        .push((2.0 * target.target.noise, style::palette(ui).contact));
     Some(plot)
 }
 

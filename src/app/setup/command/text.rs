@@ -219,10 +219,9 @@ impl Command {
             ),
             Command::Learn(LearnCommand::Next) => ("Next step", "Go on with the lesson"),
             Command::Learn(LearnCommand::Back) => ("Back", "The step before"),
-            Command::Learn(LearnCommand::Predict) => (
-                "Predict",
-                "Commit the prediction and play the run (Enter)",
-            ),
+            Command::Learn(LearnCommand::Predict) => {
+                ("Predict", "Commit the prediction and play the run (Enter)")
+            }
             Command::Learn(LearnCommand::Reset) => (
                 "Start the lesson again",
                 "Forget the answers to this lesson and begin it again",

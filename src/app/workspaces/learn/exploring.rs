@@ -64,7 +64,11 @@ pub(super) fn explore(ui: &mut Ui, open: &mut OpenStep, explore: &Explore, writt
     ui.add_space(6.0);
     if is_reached {
         let color = theme::good(ui.visuals().dark_mode);
-        ui.label(RichText::new("You have found it.").size(TEXT_SIZE).color(color));
+        ui.label(
+            RichText::new("You have found it.")
+                .size(TEXT_SIZE)
+                .color(color),
+        );
     } else {
         ui.weak("Not found yet.");
     }
@@ -157,7 +161,10 @@ pub(super) fn concealed(
         }
     }
     if let (Some(_), Some(opened)) = (open.guess, game.opened(&round)) {
-        let is_right = open.scored.as_ref().is_some_and(|scored| scored.score > 0.0);
+        let is_right = open
+            .scored
+            .as_ref()
+            .is_some_and(|scored| scored.score > 0.0);
         let word = if is_right { "Right" } else { "No" };
         let text = format!("{word}: it was {}. {}", opened.name, opened.sign);
         ui.add(Label::new(RichText::new(text).size(TEXT_SIZE)).wrap());

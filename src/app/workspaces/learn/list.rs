@@ -22,28 +22,34 @@ pub(super) fn show(ui: &mut Ui, state: &mut State) {
             let command = Command::Learn(command);
             let (name, help) = command.text();
             let button = Button::new(name).min_size(vec2(ui.available_width(), 24.0));
-            if ui.add(button).on_hover_text(command.with_keys(help)).clicked() {
+            if ui
+                .add(button)
+                .on_hover_text(command.with_keys(help))
+                .clicked()
+            {
                 state.ask(command);
             }
         }
         ui.separator();
         ui.with_layout(Layout::top_down(Align::Min), |ui| {
-            ScrollArea::vertical().id_salt("lesson list").show(ui, |ui| {
-                let mut chosen = None;
-                for (i, lesson) in built_in().iter().enumerate() {
-                    entry(ui, state, lesson, &format!("{}. ", i + 1), &mut chosen);
-                }
-                if !state.learning.own.is_empty() {
-                    ui.add_space(6.0);
-                    ui.weak("From files");
-                }
-                for lesson in state.learning.own.clone() {
-                    entry(ui, state, &lesson, "", &mut chosen);
-                }
-                if let Some(lesson) = chosen {
-                    state.learning.open_lesson(&lesson);
-                }
-            });
+            ScrollArea::vertical()
+                .id_salt("lesson list")
+                .show(ui, |ui| {
+                    let mut chosen = None;
+                    for (i, lesson) in built_in().iter().enumerate() {
+                        entry(ui, state, lesson, &format!("{}. ", i + 1), &mut chosen);
+                    }
+                    if !state.learning.own.is_empty() {
+                        ui.add_space(6.0);
+                        ui.weak("From files");
+                    }
+                    for lesson in state.learning.own.clone() {
+                        entry(ui, state, &lesson, "", &mut chosen);
+                    }
+                    if let Some(lesson) = chosen {
+                        state.learning.open_lesson(&lesson);
+                    }
+                });
         });
     });
 }

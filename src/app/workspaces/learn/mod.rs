@@ -71,7 +71,11 @@ fn pictures(ui: &mut Ui, open: &mut OpenStep) {
     let stage = Stage {
         scene: &open.scene,
         result: &result,
-        time: if is_predicting { 0.0 } else { open.playback.time },
+        time: if is_predicting {
+            0.0
+        } else {
+            open.playback.time
+        },
         pictures: &with_trajectory(&step.pictures, &step.task),
         look: DeviceLook::default(),
         overlay,
@@ -82,10 +86,13 @@ fn pictures(ui: &mut Ui, open: &mut OpenStep) {
     let output = stage.show(ui);
     // The pictures say what they show; the lesson says what there is to see.
     let whole = ui.min_rect();
-    let described = ui.interact(whole, Id::unique("what is to be seen"), eframe::egui::Sense::hover());
-    described.widget_info(|| {
-        eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Image, true, &alt)
-    });
+    let described = ui.interact(
+        whole,
+        Id::unique("what is to be seen"),
+        eframe::egui::Sense::hover(),
+    );
+    described
+        .widget_info(|| eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Image, true, &alt));
     if let (true, Some(reply)) = (is_predicting, &output.trajectory) {
         curve::edit(ui, open, reply);
     }

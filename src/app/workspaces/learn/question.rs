@@ -49,7 +49,10 @@ pub(super) fn choice(ui: &mut Ui, open: &mut OpenStep, choice: &Choice, written:
         }
     }
     if is_predicting {
-        hint(ui, "Choose by a click or by its number, then Predict (Enter).");
+        hint(
+            ui,
+            "Choose by a click or by its number, then Predict (Enter).",
+        );
     }
     outcome(ui, open, written);
 }
@@ -101,10 +104,16 @@ pub(super) fn curve(ui: &mut Ui, open: &mut OpenStep, task: &CurveTask, written:
         let point = open.draft.point.min(last);
         let time = open.scene.duration * point as f64 / last.max(1) as f64;
         ui.horizontal(|ui| {
-            if ui.add_enabled(point > 0, Button::new("Previous point")).clicked() {
+            if ui
+                .add_enabled(point > 0, Button::new("Previous point"))
+                .clicked()
+            {
                 open.draft.point = point.saturating_sub(1);
             }
-            if ui.add_enabled(point < last, Button::new("Next point")).clicked() {
+            if ui
+                .add_enabled(point < last, Button::new("Next point"))
+                .clicked()
+            {
                 open.draft.point = (point + 1).min(last);
             }
             let at = format_quantity(time, "s", 3);

@@ -125,7 +125,10 @@ fn buttons(ui: &mut Ui, state: &mut State) {
         let shown = Button::new(RichText::new(name).size(14.0));
         let shown = shown.min_size(vec2(width, BUTTON_HEIGHT));
         let response = ui.add_enabled(is_enabled, shown);
-        if response.on_hover_text(command.with_keys(command.text().1)).clicked() {
+        if response
+            .on_hover_text(command.with_keys(command.text().1))
+            .clicked()
+        {
             asked = Some(command);
         }
     };
@@ -144,7 +147,11 @@ fn buttons(ui: &mut Ui, state: &mut State) {
             let ready = is_ready(open);
             button(ui, "Predict", learn(LearnCommand::Predict), ready, third);
         } else {
-            let name = if open.playback.is_playing { "Pause" } else { "Play" };
+            let name = if open.playback.is_playing {
+                "Pause"
+            } else {
+                "Play"
+            };
             button(ui, name, Command::TogglePause, true, third);
         }
         button(ui, next, learn(LearnCommand::Next), true, third);

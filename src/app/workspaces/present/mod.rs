@@ -7,8 +7,8 @@ mod sliders;
 mod tests;
 
 use eframe::egui::{
-    Align2, CentralPanel, Frame, Grid, Label, Panel, Rect, RichText, Stroke, Ui, UiBuilder,
-    Window, vec2,
+    Align2, CentralPanel, Frame, Grid, Label, Panel, Rect, RichText, Stroke, Ui, UiBuilder, Window,
+    vec2,
 };
 
 pub use self::keys::PRESENTER_KEYS;
@@ -133,9 +133,8 @@ fn side(ui: &mut Ui, presenting: &mut Presenting, index: usize) {
     }
     if shows.plots {
         let plots = presenting.pictures.iter().copied();
-        pictures.extend(plots.filter(|p| {
-            !matches!(p, LessonPicture::Device | LessonPicture::Energy)
-        }));
+        pictures
+            .extend(plots.filter(|p| !matches!(p, LessonPicture::Device | LessonPicture::Energy)));
     }
     let stage = Stage {
         scene: &side.scene,
@@ -200,5 +199,8 @@ fn key_list(ui: &mut Ui, presenting: &mut Presenting) {
 /// Says how to leave, for a moment after the start.
 #[must_use]
 pub fn welcome() -> String {
-    format!("H shows the keys, {} leaves", Command::Present.keys().unwrap_or_default())
+    format!(
+        "H shows the keys, {} leaves",
+        Command::Present.keys().unwrap_or_default()
+    )
 }
