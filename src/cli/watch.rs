@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 use super::{interrupt, terminal};
 use crate::diagnose::force_balance::{ForceBalance, force_balance};
@@ -11,7 +12,7 @@ use crate::diagnose::{
 use crate::fit::Part;
 use crate::fit::solve::budget::{Ending, within_budget};
 use crate::model::Model;
-use crate::model::unit::format_quantity;
+use crate::model::unit::{format_quantity, time_left};
 
 /// Runs a diagnosis with its progress: on a terminal one line that changes, otherwise a line for
 /// each stage. Ctrl-C ends it with what has been found so far.
@@ -72,18 +73,18 @@ fn line(p: &DiagnoseProgress) -> String {
         "" | "re-tuning" => String::new(),
         detail => format!(" ({detail})"),
     };
+    let whole_seconds = Duration::from_secs(p.remaining.as_secs_f64().ceil() as u64);
     format!(
-        "{:3.0} % {}{detail}, about {:.0} s left",
+        "{:3.0} % {}{detail}{}",
         100.0 * p.done,
         p.stage_text(),
-        p.remaining.as_secs_f64().ceil()
+        time_left(whole_seconds)
     )
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::watch::*;
-    use std::time::Duration;
 
     #[test]
     fn progress_is_one_line() {

@@ -26,13 +26,22 @@ impl<P, T> Clone for Job<P, T> {
     }
 }
 
-/// Runs `work` so that what it splits among threads runs in a pool of its own, which leaves one
-/// core to the simulator and the window. In rayon's shared pool a short task of the simulator
-/// would wait until a long task of a fit has ended.
+/// Threads of a job where there are few cores. The simulator and the window work for short times only,
+/// and the system gives them their turn.
+const LEAST_JOB_THREADS: usize = 2;
+
+/// Threads of a job: all cores up to [`LEAST_JOB_THREADS`], else all but one, which is left to the
+/// simulator and the window.
+fn job_threads(cores: usize) -> usize {
+    cores.saturating_sub(1).max(LEAST_JOB_THREADS.min(cores))
+}
+
+/// Runs `work` so that what it splits among threads runs in a pool of its own. In rayon's shared
+/// pool a short task of the simulator would wait until a long task of a fit has ended.
 pub fn in_own_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(cores.saturating_sub(1).max(1))
+        .num_threads(job_threads(cores))
         .thread_name(|i| format!("job {i}"))
         .build();
     match pool {
@@ -151,6 +160,11 @@ mod tests {
             std::thread::sleep(std::time::Duration::from_millis(5));
         }
         panic!("it never ended");
+    }
+
+    #[test]
+    fn a_job_leaves_a_core_where_there_are_many_and_uses_both_of_two() {
+        assert_eq!([1, 2, 3, 4, 16].map(job_threads), [1, 2, 2, 3, 15]);
     }
 
     #[test]

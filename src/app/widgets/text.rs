@@ -14,15 +14,6 @@ pub(crate) fn small(text: impl Into<String>) -> RichText {
     RichText::new(text).size(11.5)
 }
 
-/// The remaining time, to follow a progress; empty below one second.
-pub(crate) fn time_left(left: std::time::Duration) -> String {
-    let seconds = left.as_secs_f64();
-    if seconds < 1.0 {
-        return String::new();
-    }
-    format!(", about {seconds:.0} s left")
-}
-
 /// Colour of errors in the current theme.
 pub(crate) fn error_color(ui: &Ui) -> eframe::egui::Color32 {
     crate::app::theme::error(ui.visuals().dark_mode)

@@ -20,7 +20,7 @@ use super::recordings::ReadingArguments;
 use super::{Failure, interrupt, output, recordings, terminal, wrong_command};
 use crate::fit::{Control, FitError, FitOptions, Progress, fit as run_fit};
 use crate::model::preset::Preset;
-use crate::model::unit::format_number;
+use crate::model::unit::{format_number, time_left};
 
 /// Arguments of the command.
 #[derive(Debug, Args)]
@@ -228,11 +228,11 @@ fn show_doubts(p: &Progress) {
 
 fn show_progress(p: &Progress) {
     let line = format!(
-        "{}: iteration {}, misfit {} x noise, about {:.0} s left",
+        "{}: iteration {}, misfit {} x noise{}",
         p.stage,
         p.iteration,
         format_number(p.misfit, 3),
-        p.remaining.as_secs_f64()
+        time_left(p.remaining)
     );
     terminal::progress(&line, true);
 }

@@ -15,14 +15,21 @@
 //! [`identify()`] runs all of it; [`ModalFit::apply`] gives a device the modes found.
 
 mod error;
+mod finish;
 pub mod frequency_domain;
 mod identify;
+mod remarks;
 mod result;
+mod search;
 pub mod shapes;
+mod sweeps;
+#[cfg(test)]
+mod tests;
 pub mod thresholds;
 pub mod time_domain;
 
 pub use self::error::ModalError;
-pub use self::identify::{identify, is_sweep, sweeps_clear_of_ground};
+pub use self::identify::identify;
 pub use self::result::{IdentifiedMode, InputChoice, ModalFit, ModalOptions, Quality};
 pub use self::shapes::{Estimate, Normalisation, Shape};
+pub use self::sweeps::{is_sweep, sweeps_clear_of_ground};

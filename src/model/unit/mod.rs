@@ -7,6 +7,7 @@
 mod coordinate;
 
 use std::f64::consts::PI;
+use std::time::Duration;
 
 use thiserror::Error;
 
@@ -200,6 +201,16 @@ pub fn format_quantity(value: f64, base: &str, digits: usize) -> String {
 /// A count with what it counts, whose plural ends in s: `1 cell`, `3 cells`.
 pub fn counted(count: usize, singular: &str) -> String {
     format!("{count} {singular}{}", if count == 1 { "" } else { "s" })
+}
+
+/// The remaining time, to follow a progress: `, about 7 s left`. Empty below one second, which is also
+/// what a stage says that cannot foresee its end.
+pub fn time_left(left: Duration) -> String {
+    let seconds = left.as_secs_f64();
+    if seconds < 1.0 {
+        return String::new();
+    }
+    format!(", about {seconds:.0} s left")
 }
 
 /// Writes a number with `digits` significant digits, without trailing zeros, in

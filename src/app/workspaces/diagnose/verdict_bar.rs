@@ -8,12 +8,13 @@ use crate::app::analysis::diagnosis::obstacle;
 use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::setup::command::Command;
 use crate::app::state::State;
-use crate::app::widgets::text::{error_color, small, time_left};
+use crate::app::widgets::text::{error_color, small};
 use crate::diagnose::DiagnoseProgress;
 use crate::diagnose::report::headline::{change, headline};
 use crate::diagnose::report::sentences;
 use crate::diagnose::report::words::{listed, metres};
 use crate::model::effects::find;
+use crate::model::unit::time_left;
 
 /// Height of the strip \[points\].
 const STRIP_HEIGHT: f32 = 58.0;

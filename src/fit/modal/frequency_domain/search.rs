@@ -101,10 +101,16 @@ fn gained(spectra: &Spectra, pole: Pole, band: (f64, f64)) -> f64 {
     -(1.0 - share).ln()
 }
 
-/// Power of a reading's spectrum around a resonance over its mean \[-\]: by how much noise there
-/// exceeds white noise.
+/// By how much noise around a resonance exceeds white noise, in the worse of the readings' spectra
+/// \[-\]; 1 or more.
 #[must_use]
-pub fn local_excess(left: &Spectra, pole: Pole) -> f64 {
+pub fn worst_local_excess(left: &[Option<Spectra>; 2], pole: Pole) -> f64 {
+    let excesses = left.iter().flatten().map(|s| local_excess(s, pole));
+    excesses.fold(1.0, f64::max)
+}
+
+/// Power of a reading's spectrum around a resonance over its mean \[-\].
+fn local_excess(left: &Spectra, pole: Pole) -> f64 {
     let center = pole.omega / std::f64::consts::TAU / left.resolution;
     let half = (3.0 * pole.zeta * center).max(8.0);
     let count = left.reading.len();

@@ -92,14 +92,8 @@ impl Spectra {
 /// Length of blocks for a resolution \[Hz\]: a power of two that the longest stretch holds.
 #[must_use]
 pub fn block_length(data: &Data, resolution: f64) -> usize {
-    let longest = data
-        .stretches
-        .iter()
-        .map(Stretch::samples)
-        .max()
-        .unwrap_or(0);
     let wanted = 1.0 / (resolution * data.interval);
-    let most = longest.min(BLOCK_LIMITS.1);
+    let most = data.longest_stretch().min(BLOCK_LIMITS.1);
     let mut length = BLOCK_LIMITS.0;
     while 2 * length <= most && (length as f64) < wanted {
         length *= 2;

@@ -138,6 +138,13 @@ impl Data {
         Ok(data)
     }
 
+    /// Samples of the longest stretch.
+    #[must_use]
+    pub fn longest_stretch(&self) -> usize {
+        let samples = self.stretches.iter().map(Stretch::samples);
+        samples.max().unwrap_or(0)
+    }
+
     /// Cuts the recordings at gaps and contacts.
     fn cut(&mut self, model: &Model) {
         for (index, source) in self.sources.iter().enumerate() {
@@ -217,16 +224,18 @@ impl Data {
     }
 }
 
+/// Whether the mass stays clear of the ground of `model` all along.
+#[must_use]
+pub fn stays_clear_of_ground(model: &Model, recording: &Recording) -> bool {
+    let xp = recording.proof_mass.iter().copied();
+    let lowest = xp.fold(f64::INFINITY, f64::min);
+    !model.has_ground || lowest > -CLEAR_OF_GROUND * model.parameters[ParameterId::Dp]
+}
+
 /// Which samples are in contact, or next to it.
 fn contacts(model: &Model, recording: &Arc<Recording>) -> Vec<bool> {
     let mut banned = vec![false; recording.len()];
-    let lowest = recording
-        .proof_mass
-        .iter()
-        .copied()
-        .fold(f64::INFINITY, f64::min);
-    let dp = model.parameters[ParameterId::Dp];
-    if !model.has_ground || lowest > -CLEAR_OF_GROUND * dp {
+    if stays_clear_of_ground(model, recording) {
         return banned;
     }
     let part = [Part::whole(Arc::clone(recording))];

@@ -4,3 +4,4 @@ pub mod data;
 pub mod input;
 pub mod kernel;
 pub mod least_squares;
+mod normal;

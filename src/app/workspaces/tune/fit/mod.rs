@@ -17,8 +17,9 @@ use crate::app::setup::command::Command;
 use crate::app::setup::overlay::Role;
 use crate::app::state::State;
 use crate::app::widgets::job_progress::{STOP_HELP, cancel_button, progress_bar};
-use crate::app::widgets::text::{small, time_left};
+use crate::app::widgets::text::small;
 use crate::fit::Progress;
+use crate::model::unit::time_left;
 
 /// Draws the panel.
 pub(super) fn show(ui: &mut Ui, state: &mut State) {
