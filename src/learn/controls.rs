@@ -1,6 +1,5 @@
 //! What a pupil may move: parameters, parameters of effects, and the drive.
 
-use super::lesson::Control;
 use super::run::Scene;
 use crate::model::drive::{Cycle, PeriodicDrive, Waveform};
 use crate::model::parameter::{ParameterId, ParameterSpec, Rank, Scale};
@@ -50,6 +49,16 @@ const DUTY_SPEC: ParameterSpec = ParameterSpec {
     meaning: "share of the period that the voltage is high",
     equation: "",
 };
+
+/// A control that a pupil may move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Control {
+    /// Id of a parameter, as `effect.parameter` for one of an effect; `drive.frequency`,
+    /// `drive.amplitude` and `drive.duty` for the drive.
+    pub id: String,
+    /// Range of its slider \[SI\], if it is not the device's.
+    pub range: Option<(f64, f64)>,
+}
 
 /// Value of a drive by the id of its control; `None` if it has no such value.
 pub fn value_of_drive(drive: &Waveform, id: &str) -> Option<f64> {

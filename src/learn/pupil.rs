@@ -163,3 +163,78 @@ fn kind(task: &Task) -> &'static str {
         Task::Concealed(_) => "concealed effect",
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learn::catalogue::lessons;
+
+    fn scored(score: f64, predicted: &str) -> Scored {
+        Scored {
+            score,
+            predicted: predicted.to_owned(),
+            simulated: "9 mm".to_owned(),
+            difference: String::new(),
+        }
+    }
+
+    /// Number of the first step that asks for a prediction.
+    fn asking(lesson: &Lesson) -> usize {
+        let asks = |step: &Step| step.task.is_prediction();
+        lesson.steps.iter().position(asks).unwrap()
+    }
+
+    #[test]
+    fn answers_are_a_table_that_a_spreadsheet_reads() {
+        let lessons = lessons();
+        let all: Vec<&Lesson> = lessons.iter().collect();
+        let lesson = &lessons[3];
+        let step = asking(lesson);
+        let mut pupil = Pupil::default();
+        pupil.answer(lesson, step, None, scored(0.5, "low, \"very\" low"));
+        let table = pupil.csv(&all).unwrap();
+        let mut reader = csv::Reader::from_reader(table.as_slice());
+        let head = reader.headers().unwrap().clone();
+        let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+        let [row] = &rows[..] else {
+            panic!("{rows:?}");
+        };
+        let at = |name: &str| {
+            let column = head.iter().position(|known| known == name).unwrap();
+            row.get(column).unwrap().to_owned()
+        };
+        assert_eq!(at("lesson"), lesson.id);
+        assert_eq!(at("step"), (step + 1).to_string());
+        assert_eq!(at("title"), lesson.steps[step].title);
+        assert_eq!(at("predicted"), "low, \"very\" low");
+        assert_eq!(
+            (at("simulated"), at("score")),
+            ("9 mm".into(), "0.50".into())
+        );
+        assert_eq!(at("tries"), "1");
+        let asked_for_names = head.iter().any(|name| name.contains("name"));
+        assert!(!asked_for_names);
+    }
+
+    #[test]
+    fn the_first_prediction_counts_and_the_best_round_of_a_game() {
+        let lessons = lessons();
+        let lesson = &lessons[0];
+        let step = asking(lesson);
+        let mut pupil = Pupil::default();
+        for (score, option) in [(0.0, 0), (1.0, 1)] {
+            let prediction = Some(Prediction::Choice(option));
+            pupil.answer(lesson, step, prediction, scored(score, "it"));
+        }
+        let answer = pupil.progress(&lesson.id).answers[&step].clone();
+        assert_eq!((answer.scored.score, answer.tries), (0.0, 2));
+        for score in [0.2, 0.9, 0.4] {
+            pupil.answer(lesson, step + 1, None, scored(score, "it"));
+        }
+        let answer = pupil.progress(&lesson.id).answers[&(step + 1)].clone();
+        assert_eq!((answer.scored.score, answer.tries), (0.9, 3));
+        assert_eq!(pupil.stars(lesson).0, 3);
+        pupil.reset(&lesson.id);
+        assert!(pupil.is_new() && pupil.stars(lesson).0 == 0);
+    }
+}

@@ -3,8 +3,6 @@
 use std::sync::Arc;
 
 use super::energy::{EnergyTrace, run_with_energies};
-use super::expression::ExpressionError;
-use super::{controls, measures};
 use crate::model::Model;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
@@ -98,29 +96,5 @@ impl Scene {
             duration: self.duration,
             drive: self.drive.clone(),
         }))
-    }
-}
-
-impl Run {
-    /// Value of a parameter of its device or of a measure \[SI\].
-    ///
-    /// # Errors
-    /// A name that is neither, or a measure that this run does not have.
-    pub fn value(&self, id: &str, nth: Option<usize>) -> Result<f64, ExpressionError> {
-        if let (Some(value), None) = (self.model.get(id), nth) {
-            return Ok(value);
-        }
-        if let (Some(value), None) = (controls::value_of_drive(&self.drive, id), nth) {
-            return Ok(value);
-        }
-        measures::value(self, id, nth)
-    }
-
-    /// SI unit of a parameter or measure; `None` if there is none of that name.
-    pub fn unit_of(&self, id: &str) -> Option<&'static str> {
-        self.model
-            .unit_of(id)
-            .or_else(|| controls::drive_unit(id))
-            .or_else(|| measures::find(id).map(|spec| self.model.coordinate.unit(spec.unit)))
     }
 }

@@ -12,7 +12,8 @@ use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::simulation::recorded_drive::RecordedDriveCache;
 use crate::app::state::State;
 use crate::app::workspaces::present::{PRESENTER_ZOOM, welcome};
-use crate::learn::lesson::{Control, LessonPicture};
+use crate::learn::controls::Control;
+use crate::learn::lesson::LessonPicture;
 use crate::learn::run::Scene;
 use crate::model::parameter::{ParameterId, Rank};
 

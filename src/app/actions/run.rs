@@ -127,12 +127,15 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
             Some(path) => save(services, Purpose::Session, path),
             None => services.dialogs.ask_path(Some(Purpose::Session)),
         },
-        Command::SaveSessionAs => services.dialogs.ask_path(Some(Purpose::Session)),
-        Command::SavePreset => services.dialogs.ask_path(Some(Purpose::Preset)),
-        Command::ExportSvg => services.dialogs.ask_path(Some(Purpose::Svg)),
-        Command::ExportPng => services.dialogs.ask_path(Some(Purpose::Png)),
-        Command::ExportTrace => services.dialogs.ask_path(Some(Purpose::Trace)),
-        Command::ExportEvents => services.dialogs.ask_path(Some(Purpose::Events)),
+        Command::SaveSessionAs
+        | Command::SavePreset
+        | Command::ExportSvg
+        | Command::ExportPng
+        | Command::ExportTrace
+        | Command::ExportEvents
+        | Command::SaveDiagnosed
+        | Command::ExportReport
+        | Command::ExportDiagnosis => services.dialogs.ask_path(purpose(command)),
         Command::Undo => {
             services.history.undo(&mut state.setup);
         }
@@ -196,9 +199,6 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         Command::Learn(_) | Command::Present | Command::ExportFilm => {
             learn::run(services, ui, command);
         }
-        Command::SaveDiagnosed => services.dialogs.ask_path(Some(Purpose::Diagnosed)),
-        Command::ExportReport => services.dialogs.ask_path(Some(Purpose::Report)),
-        Command::ExportDiagnosis => services.dialogs.ask_path(Some(Purpose::Diagnosis)),
         Command::FindSlider => {
             state.view.workspace = WorkspaceId::Tune.name().to_owned();
             slider_search::ask(ui.ctx());
@@ -219,6 +219,22 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         | Command::DriveEditor => change_view(state, command),
         Command::Quit => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
     }
+}
+
+/// What a command writes whose path is asked for; `None` for the others.
+fn purpose(command: Command) -> Option<Purpose> {
+    Some(match command {
+        Command::SaveSessionAs => Purpose::Session,
+        Command::SavePreset => Purpose::Preset,
+        Command::ExportSvg => Purpose::Svg,
+        Command::ExportPng => Purpose::Png,
+        Command::ExportTrace => Purpose::Trace,
+        Command::ExportEvents => Purpose::Events,
+        Command::SaveDiagnosed => Purpose::Diagnosed,
+        Command::ExportReport => Purpose::Report,
+        Command::ExportDiagnosis => Purpose::Diagnosis,
+        _ => return None,
+    })
 }
 
 fn toggle_pause(state: &mut State) {

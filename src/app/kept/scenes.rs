@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::app::analysis::learning::presenting::{SavedScene, SavedScenes, Shows};
 use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::drive_text::DriveEntry;
-use crate::learn::lesson::{Control, LessonPicture};
+use crate::learn::controls::Control;
+use crate::learn::lesson::LessonPicture;
 use crate::learn::run::Scene;
 use crate::model::preset::Preset;
 

@@ -3,12 +3,14 @@
 
 mod error;
 mod file;
+mod named;
 mod read;
 mod tasks;
 #[cfg(test)]
 mod tests;
 mod written;
 
+use super::controls::Control;
 use super::expression::Expression;
 use super::run::Scene;
 use super::text::Text;
@@ -214,16 +216,6 @@ pub struct CurveTask {
     pub range: (f64, f64),
     /// Said after the run.
     pub because: Text,
-}
-
-/// A control that a pupil may move.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Control {
-    /// Id of a parameter, as `effect.parameter` for one of an effect; `drive.frequency`,
-    /// `drive.amplitude` and `drive.duty` for the drive.
-    pub id: String,
-    /// Range of its slider \[SI\], if it is not the device's.
-    pub range: Option<(f64, f64)>,
 }
 
 /// A free exploration.

@@ -1,23 +1,17 @@
 //! A lesson read from its text and checked: what it names must exist, and what it says can be read.
 
-use std::collections::BTreeMap;
-
 use toml::Spanned;
 
 use super::error::{LessonError, Source};
-use super::file::{FORMAT, File, Quantity, SetupEntry, StepEntry};
+use super::file::{FORMAT, File, SetupEntry, StepEntry};
+use super::named::{
+    effect_with, parameter_value, picture, preset, preset_names, quantity, set, text_of,
+};
 use super::tasks::read_task;
 use super::{Lesson, LessonPicture, Step};
-use crate::learn::controls::value_of_drive;
-use crate::learn::measures;
 use crate::learn::run::Scene;
-use crate::learn::text::Text;
 use crate::model::drive::Waveform;
-use crate::model::effects::{ActiveEffect, CATALOGUE, find};
-use crate::model::parameter::ParameterId;
 use crate::model::preset::toml_fault::TomlFault;
-use crate::model::preset::{EMBEDDED, Preset};
-use crate::model::unit::parse_quantity;
 
 /// Longest span of a scene \[s\].
 const MAX_DURATION: f64 = 1000.0;
@@ -123,22 +117,6 @@ fn check_head(source: &Source<'_>, read: &File) -> Result<(), LessonError> {
     Ok(())
 }
 
-fn preset_names() -> String {
-    let names: Vec<&str> = EMBEDDED.iter().map(|(name, _)| *name).collect();
-    names.join(", ")
-}
-
-fn preset(source: &Source<'_>, name: &Spanned<String>) -> Result<Preset, LessonError> {
-    Preset::embedded(name.get_ref()).ok_or_else(|| {
-        let reason = format!(
-            "there is no preset \"{}\"; write one of {}",
-            name.get_ref(),
-            preset_names()
-        );
-        source.fault(name.span().start, reason)
-    })
-}
-
 /// A speed at which a span is watched: real time for seconds, slow motion for milliseconds.
 pub(super) fn usual_speed(duration: f64) -> f64 {
     /// A whole run takes about this long \[s\].
@@ -202,145 +180,9 @@ fn changed(source: &Source<'_>, from: &Shown, entry: &SetupEntry) -> Result<Show
     Ok(shown)
 }
 
-fn picture(source: &Source<'_>, name: &Spanned<String>) -> Result<LessonPicture, LessonError> {
-    let known = LessonPicture::ALL.iter();
-    let found = known
-        .clone()
-        .find(|picture| picture.name() == name.get_ref());
-    found.copied().ok_or_else(|| {
-        let names: Vec<&str> = known.map(|picture| picture.name()).collect();
-        let reason = format!(
-            "there is no picture \"{}\"; write some of {}",
-            name.get_ref(),
-            names.join(", ")
-        );
-        source.fault(name.span().start, reason)
-    })
-}
-
-/// An effect of the catalogue with values.
-pub(super) fn effect_with(
-    source: &Source<'_>,
-    scene: &Scene,
-    (id, at): (&str, usize),
-    values: &BTreeMap<String, Spanned<Quantity>>,
-) -> Result<ActiveEffect, LessonError> {
-    let Some(spec) = find(id) else {
-        let known: Vec<&str> = CATALOGUE.iter().map(|e| e.id).collect();
-        let reason = format!(
-            "there is no effect \"{id}\"; write one of {}",
-            known.join(", ")
-        );
-        return Err(source.fault(at, reason));
-    };
-    if !scene.preset.model.allows(spec) {
-        let reason = format!("{} can do nothing on this device; take another", spec.name);
-        return Err(source.fault(at, reason));
-    }
-    let mut effect = ActiveEffect::new(spec);
-    for (own, value) in values {
-        let at = value.span().start;
-        let Some(parameter) = spec.parameters.iter().find(|p| p.id == own) else {
-            let known: Vec<&str> = spec.parameters.iter().map(|p| p.id).collect();
-            let reason = format!(
-                "{id} has no parameter \"{own}\"; it has {}",
-                known.join(", ")
-            );
-            return Err(source.fault(at, reason));
-        };
-        let unit = scene.preset.model.coordinate.unit(parameter.unit);
-        let number = quantity(source, value, unit)?;
-        if let Some(reason) = parameter.refusal(number) {
-            return Err(source.fault(at, reason));
-        }
-        effect.set(own, number);
-    }
-    Ok(effect)
-}
-
-/// The value of a parameter of a scene, in its unit.
-pub(super) fn parameter_value(
-    source: &Source<'_>,
-    scene: &Scene,
-    id: &str,
-    value: &Spanned<Quantity>,
-) -> Result<f64, LessonError> {
-    let unit = scene.preset.model.unit_of(id).unwrap_or_default();
-    quantity(source, value, unit)
-}
-
-/// Sets a parameter of a scene that its device uses.
-pub(super) fn set(
-    source: &Source<'_>,
-    scene: &mut Scene,
-    (id, at): (&str, usize),
-    value: f64,
-) -> Result<(), LessonError> {
-    let model = &mut scene.preset.model;
-    if let Some(parameter) = ParameterId::from_id(id).filter(|p| !model.uses(*p)) {
-        let reason = format!(
-            "{} has no bearing on this device; leave it out",
-            parameter.spec().id
-        );
-        return Err(source.fault(at, reason));
-    }
-    let set = model.set(id, value);
-    set.map_err(|error| source.fault(at, error.to_string()))
-}
-
-/// A quantity in SI units.
-pub(super) fn quantity(
-    source: &Source<'_>,
-    value: &Spanned<Quantity>,
-    unit: &str,
-) -> Result<f64, LessonError> {
-    let at = value.span().start;
-    let number = match value.get_ref() {
-        Quantity::Number(number) => *number,
-        Quantity::Text(text) => {
-            parse_quantity(text, unit).map_err(|error| source.fault(at, error.to_string()))?
-        }
-    };
-    if number.is_finite() {
-        Ok(number)
-    } else {
-        Err(source.fault(at, "the number is not finite; write a finite one"))
-    }
-}
-
 fn check_model(source: &Source<'_>, shown: &Shown, at: usize) -> Result<(), LessonError> {
     let checked = shown.scene.preset.model.check();
     checked.map_err(|error| source.fault(at, error.to_string()))
-}
-
-/// A text whose names exist on the device of a scene.
-pub(super) fn text_of(
-    source: &Source<'_>,
-    scene: &Scene,
-    text: &Spanned<String>,
-) -> Result<Text, LessonError> {
-    let at = text.span().start;
-    let read = Text::parse(text.get_ref()).map_err(|error| source.text_fault(at, &error))?;
-    read.each_name(&mut |id| check_name(source, scene, id, at))?;
-    Ok(read)
-}
-
-/// A name in an expression must be a parameter of the device or a measure.
-pub(super) fn check_name(
-    source: &Source<'_>,
-    scene: &Scene,
-    id: &str,
-    at: usize,
-) -> Result<(), LessonError> {
-    let is_of_drive = value_of_drive(&scene.drive, id).is_some();
-    if is_of_drive || scene.preset.model.get(id).is_some() || measures::find(id).is_some() {
-        return Ok(());
-    }
-    let reason = format!(
-        "there is no parameter and no measure \"{id}\"; measures are {}",
-        measures::names()
-    );
-    Err(source.fault(at, reason))
 }
 
 fn read_step(

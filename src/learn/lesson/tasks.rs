@@ -6,24 +6,25 @@ use toml::Spanned;
 
 use super::error::{LessonError, Source};
 use super::file::{
-    CandidateEntry, ChoiceEntry, ConcealedEntry, ControlEntry, CurveEntry, ExploreEntry, FitEntry,
-    MarkEntry, Quantity, StepEntry,
+    CandidateEntry, ChoiceEntry, ConcealedEntry, CurveEntry, ExploreEntry, FitEntry, MarkEntry,
+    Quantity, StepEntry,
 };
-use super::read::{check_name, effect_with, parameter_value, quantity, set, text_of};
+use super::named::{
+    check_name, controls, effect_with, parameter_value, quantity, range, set, some_controls,
+    text_of,
+};
 use super::{
-    Candidate, Choice, Claim, Concealed, Control, CurveTask, Explore, HandFit, Level, Mark,
-    MarkAxis, Relation, Task,
+    Candidate, Choice, Claim, Concealed, CurveTask, Explore, HandFit, Level, Mark, MarkAxis,
+    Relation, Task,
 };
-use crate::learn::controls::drive_ids;
 use crate::learn::expression::Expression;
 use crate::learn::run::Scene;
 use crate::learn::text::unit_scale;
-use crate::model::parameter::ParameterId;
 
 /// Points of a drawn curve.
 const CURVE_POINTS: (usize, usize) = (3, 40);
 /// What stands in place of an effect where nothing is concealed.
-pub(super) const NOTHING: &str = "nothing";
+const NOTHING: &str = "nothing";
 /// What stands for the right side of the goal in the text of its task.
 const GOAL_NAME: &str = "{goal";
 /// Largest noise of a made recording \[m\].
@@ -172,20 +173,6 @@ fn read_mark(source: &Source<'_>, scene: &Scene, entry: &MarkEntry) -> Result<Ma
     })
 }
 
-fn range(
-    source: &Source<'_>,
-    (low, high): (&Quantity, &Quantity),
-    unit: &str,
-    at: usize,
-) -> Result<(f64, f64), LessonError> {
-    let read = |value: &Quantity| quantity(source, &Spanned::new(at..at, value.clone()), unit);
-    let (low, high) = (read(low)?, read(high)?);
-    if low < high {
-        return Ok((low, high));
-    }
-    Err(source.fault(at, "a range is two numbers, the lower one first"))
-}
-
 fn read_curve(
     source: &Source<'_>,
     scene: &Scene,
@@ -207,70 +194,6 @@ fn read_curve(
         range: range(source, (low, high), unit, entry.range.span().start)?,
         because: text_of(source, scene, &entry.because)?,
     })
-}
-
-/// The controls that a task names; each must be there to move.
-fn controls(
-    source: &Source<'_>,
-    scene: &Scene,
-    entries: &[Spanned<ControlEntry>],
-) -> Result<Vec<Control>, LessonError> {
-    let read = entries.iter().map(|entry| {
-        let at = entry.span().start;
-        let mut control = match entry.get_ref() {
-            ControlEntry::Id(id) => Control {
-                id: id.clone(),
-                range: None,
-            },
-            ControlEntry::Ranged(ranged) => {
-                let unit = Control {
-                    id: ranged.id.clone(),
-                    range: None,
-                };
-                let unit = unit.spec(scene).map_or("", |spec| spec.unit);
-                let (low, high) = &ranged.range;
-                Control {
-                    id: ranged.id.clone(),
-                    range: Some(range(source, (low, high), unit, at)?),
-                }
-            }
-        };
-        // Ids are read in any case.
-        if let Some(parameter) = ParameterId::from_id(&control.id) {
-            parameter.spec().id.clone_into(&mut control.id);
-        }
-        match control.spec(scene) {
-            Some(_) => Ok(control),
-            None => Err(source.fault(at, missing_control(scene, &control.id))),
-        }
-    });
-    read.collect()
-}
-
-fn missing_control(scene: &Scene, id: &str) -> String {
-    let model = &scene.preset.model;
-    let used = ParameterId::ALL.into_iter().filter(|p| model.uses(*p));
-    let mut known: Vec<String> = used.map(|p| p.spec().id.to_owned()).collect();
-    known.extend(model.effect_ids());
-    known.extend(drive_ids().into_iter().map(str::to_owned));
-    format!(
-        "this step has no control \"{id}\"; write one of {}",
-        known.join(", ")
-    )
-}
-
-fn some_controls(
-    source: &Source<'_>,
-    scene: &Scene,
-    entries: &[Spanned<ControlEntry>],
-    at: usize,
-) -> Result<Vec<Control>, LessonError> {
-    let found = controls(source, scene, entries)?;
-    if found.is_empty() {
-        let reason = "no control is named; write for example controls = [\"alpha\"]";
-        return Err(source.fault(at, reason));
-    }
-    Ok(found)
 }
 
 fn read_explore(

@@ -7,7 +7,8 @@ use eframe::egui::Context;
 
 use super::runs::{SceneQuestion, SceneResult, SceneRuns};
 use crate::app::analysis::explore::latest::Latest;
-use crate::learn::lesson::{Control, LessonPicture};
+use crate::learn::controls::Control;
+use crate::learn::lesson::LessonPicture;
 use crate::learn::playback::{Playback, SlowMoments};
 use crate::learn::run::Scene;
 

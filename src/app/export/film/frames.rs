@@ -3,8 +3,8 @@
 use eframe::egui::{CentralPanel, Context, Pos2, RawInput, Rect, RichText, Ui, vec2};
 use image::RgbaImage;
 
-use super::FilmRequest;
 use super::raster::Raster;
+use super::request::FilmRequest;
 use crate::app::analysis::learning::runs::SceneResult;
 use crate::app::plots::device::DeviceLook;
 use crate::app::plots::stage::{Overlay, Stage};
@@ -58,10 +58,11 @@ impl Studio {
             ..RawInput::default()
         };
         self.passes += 1;
-        let output = self.context.run_ui(input, |ui| {
+        let mut output = self.context.run_ui(input, |ui| {
             CentralPanel::default().show(ui, |ui| draw(ui, request, result, time));
         });
         self.raster.take_textures(&output.textures_delta);
+        output.textures_delta.clear();
         let background = self
             .context
             .style_of(self.context.theme())

@@ -4,7 +4,7 @@ use image::AnimationDecoder;
 use image::codecs::gif::GifDecoder;
 
 use super::*;
-use crate::app::analysis::learning::presenting::Shows;
+use crate::app::analysis::learning::presenting::{SavedScene, Shows};
 use crate::learn::lesson::LessonPicture;
 use crate::learn::run::Scene;
 use crate::model::preset::Preset;

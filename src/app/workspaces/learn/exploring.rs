@@ -2,12 +2,12 @@
 
 use eframe::egui::{Button, Grid, Label, RichText, Ui, vec2};
 
-use super::question::verdict;
-use super::sheet::{TEXT_SIZE, paragraphs};
+use super::words::{TEXT_SIZE, paragraphs, verdict};
 use crate::app::analysis::learning::OpenStep;
 use crate::app::theme;
 use crate::app::widgets::parameter_slider::{ParameterSlider, Size};
-use crate::learn::lesson::{Concealed, Control, Explore, HandFit, Written};
+use crate::learn::controls::Control;
+use crate::learn::lesson::{Concealed, Explore, HandFit, Written};
 use crate::learn::prediction::Scored;
 use crate::learn::target::fit_score;
 use crate::model::unit::format_number;

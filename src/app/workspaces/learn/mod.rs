@@ -6,8 +6,7 @@ mod exploring;
 mod list;
 mod question;
 mod sheet;
-#[cfg(test)]
-mod tests;
+mod words;
 
 use eframe::egui::{CentralPanel, Id, Panel, Ui};
 

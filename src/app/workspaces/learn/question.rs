@@ -1,14 +1,13 @@
 //! Questions of a step: by choosing, by a mark, by a curve. The prediction is laid over the run,
 //! and then it is said why.
 
-use eframe::egui::{Button, Id, Key, Label, RichText, Ui, vec2};
+use eframe::egui::{Button, Id, Key, RichText, Ui, vec2};
 
-use super::sheet::{TEXT_SIZE, paragraphs};
+use super::words::{TEXT_SIZE, hint, paragraphs, strong, verdict};
 use crate::app::analysis::learning::{OpenStep, Phase};
 use crate::app::theme;
 use crate::app::widgets::slider_track::SliderTrack;
 use crate::learn::lesson::{Choice, CurveTask, Mark, Written};
-use crate::learn::prediction::Scored;
 use crate::model::unit::format_quantity;
 
 /// Keys that choose an answer, in its order.
@@ -20,13 +19,6 @@ const ANSWER_KEYS: [Key; 6] = [
     Key::Num5,
     Key::Num6,
 ];
-/// Step of a key at a point of a curve, as a share of its range.
-const POINT_STEP: f64 = 0.02;
-
-fn strong(ui: &mut Ui, text: &str) {
-    ui.add(Label::new(RichText::new(text).size(TEXT_SIZE).strong()).wrap());
-    ui.add_space(4.0);
-}
 
 /// A choice: one answer of several.
 pub(super) fn choice(ui: &mut Ui, open: &mut OpenStep, choice: &Choice, written: &Written) {
@@ -136,9 +128,8 @@ pub(super) fn curve(ui: &mut Ui, open: &mut OpenStep, task: &CurveTask, written:
             size: vec2(ui.available_width(), 24.0),
         };
         let moved = track.show(ui);
-        if let Some(fraction) = moved.fraction {
-            let step = POINT_STEP * (high - low);
-            let reading = ((low + fraction * (high - low)) / step).round() * step;
+        let by_track = moved.fraction.map(|fraction| low + fraction * (high - low));
+        if let Some(reading) = by_track.or(moved.value) {
             open.draft.set_point(task, point, reading);
         }
         hint(
@@ -150,11 +141,6 @@ pub(super) fn curve(ui: &mut Ui, open: &mut OpenStep, task: &CurveTask, written:
         }
     }
     outcome(ui, open, written);
-}
-
-fn hint(ui: &mut Ui, text: &str) {
-    ui.add_space(2.0);
-    ui.add(Label::new(RichText::new(text).size(12.5).weak()).wrap());
 }
 
 /// What came out, once it was seen.
@@ -173,25 +159,5 @@ fn outcome(ui: &mut Ui, open: &OpenStep, written: &Written) {
             ui.add_space(4.0);
             paragraphs(ui, &written.because);
         }
-    }
-}
-
-/// How near a prediction came.
-pub(super) fn verdict(ui: &mut Ui, scored: &Scored) {
-    let dark = ui.visuals().dark_mode;
-    let (word, color) = match scored.stars() {
-        3 => ("Right.", theme::good(dark)),
-        2 => ("Near.", theme::good(dark)),
-        1 => ("Not far.", theme::warning(dark)),
-        _ => ("Not this time.", theme::warning(dark)),
-    };
-    let points = format!("{word} {} of 3 points.", scored.stars());
-    ui.add(Label::new(RichText::new(points).size(TEXT_SIZE).strong().color(color)).wrap());
-    if !scored.difference.is_empty() {
-        let text = format!(
-            "You: {}. Simulated: {}. Difference: {}.",
-            scored.predicted, scored.simulated, scored.difference
-        );
-        ui.add(Label::new(RichText::new(text).size(13.5)).wrap());
     }
 }

@@ -2,26 +2,17 @@
 
 use eframe::egui::{Align, Button, Key, Label, Layout, Popup, RichText, ScrollArea, Ui, vec2};
 
+use super::words::paragraphs;
 use super::{exploring, question};
 use crate::app::analysis::learning::{OpenStep, Phase};
 use crate::app::setup::command::{Command, LearnCommand};
 use crate::app::state::State;
 use crate::learn::lesson::Task;
 
-/// Size of the text of a lesson \[points\].
-pub(super) const TEXT_SIZE: f32 = 15.0;
 /// Size of a heading \[points\].
 const HEADING_SIZE: f32 = 19.0;
 /// Height of a button to go on \[points\].
 const BUTTON_HEIGHT: f32 = 30.0;
-
-/// A paragraph of a lesson.
-pub(super) fn paragraphs(ui: &mut Ui, text: &str) {
-    for paragraph in text.split("\n\n").map(str::trim).filter(|p| !p.is_empty()) {
-        ui.add(Label::new(RichText::new(paragraph).size(TEXT_SIZE)).wrap());
-        ui.add_space(4.0);
-    }
-}
 
 /// Draws the sheet.
 pub(super) fn show(ui: &mut Ui, state: &mut State) {

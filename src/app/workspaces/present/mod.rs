@@ -3,8 +3,6 @@
 
 mod keys;
 mod sliders;
-#[cfg(test)]
-mod tests;
 
 use eframe::egui::{
     Align2, CentralPanel, Frame, Grid, Label, Panel, Rect, RichText, Stroke, Ui, UiBuilder, Window,
