@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui::{
-    Align2, Color32, FontId, Id, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
+    Align2, Color32, FontId, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
 };
 use egui_plot::{Plot, PlotPoint, PlotTransform};
 
@@ -230,7 +230,8 @@ impl TimePlot {
             pos2(frame.left() - style::AXIS_WIDTH, frame.top()),
             frame.left_bottom(),
         );
-        let id = Id::unique(("value axis", slot));
+        // Of this plot: two may show the same quantity beside each other.
+        let id = reply.response.id.with("value axis");
         let axis = ui.interact(axis, id, Sense::click_and_drag());
         let name = format!("Scale of {title}");
         axis.widget_info(|| WidgetInfo::labeled(Role::Splitter, true, &name));

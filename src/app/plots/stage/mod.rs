@@ -213,8 +213,8 @@ impl Stage<'_> {
         plots: Vec<TimePlot>,
         space: f32,
     ) -> Option<Reply> {
-        let readout = Readout::of(ui, state, &plots);
-        // Clicks on names have nothing to switch here: the picture is that of the lesson.
+        // The picture is that of the lesson: nothing is switched.
+        let readout = Readout::of(ui, state, &plots).without_switches();
         let _ = readout.show(ui);
         let common = Common {
             window: (0.0, self.scene.duration),
