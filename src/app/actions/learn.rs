@@ -73,7 +73,16 @@ pub fn run(services: &mut Services, ui: &Ui, command: Command) {
 fn lesson(services: &mut Services, command: LearnCommand) {
     let learning = &mut services.state.learning;
     match command {
-        LearnCommand::Next => learning.next(),
+        LearnCommand::Next => {
+            if let Some(finished) = learning.next() {
+                let (earned, offered) = learning.pupil.stars(&finished);
+                let text = format!(
+                    "\"{}\" is done: {earned} of {offered} points.",
+                    finished.title
+                );
+                services.notice(false, text);
+            }
+        }
         LearnCommand::Back => learning.back(),
         LearnCommand::Predict => {
             if let Some(open) = &mut learning.open {

@@ -77,17 +77,17 @@ impl Learning {
         self.open_lesson(&lesson);
     }
 
-    /// The next step; after the last one the lesson is done.
-    pub fn next(&mut self) {
-        let Some((lesson, step)) = self.place() else {
-            return;
-        };
+    /// The next step; after the last one the lesson is done and the next one opens. Returns the
+    /// lesson that was finished.
+    pub fn next(&mut self) -> Option<Arc<Lesson>> {
+        let (lesson, step) = self.place()?;
         if step + 1 < lesson.steps.len() {
             self.open_step(&lesson, step + 1);
-        } else {
-            self.pupil.finish(&lesson);
-            self.go_to_lesson(1);
+            return None;
         }
+        self.pupil.finish(&lesson);
+        self.go_to_lesson(1);
+        Some(lesson)
     }
 
     /// The step before.

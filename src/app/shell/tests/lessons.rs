@@ -112,7 +112,12 @@ fn mark(harness: &mut Harness<'_, Shell>, mark: &Mark) {
     let found = mark
         .simulated(&open(harness).result().unwrap().run)
         .unwrap();
-    focus(harness, Role::Slider, &mark.label);
+    // Without a control in focus, the first arrow key moves the mark, too.
+    press(harness, Key::ArrowRight, 1);
+    assert_ne!(
+        open(harness).draft.mark,
+        0.5 * (mark.range.0 + mark.range.1)
+    );
     let steps = (found - open(harness).draft.mark) / mark.step();
     move_slider(harness, steps.round() as i32);
     press(harness, Key::Enter, 1);
@@ -124,6 +129,10 @@ fn curve(harness: &mut Harness<'_, Shell>) {
     let middle = open(harness).draft.curve[0];
     move_slider(harness, 12);
     assert!(open(harness).draft.curve[0] > middle);
+    press(harness, Key::Period, 1);
+    assert_eq!(open(harness).draft.point, 1);
+    press(harness, Key::Comma, 1);
+    assert_eq!(open(harness).draft.point, 0);
     focus(harness, Role::Button, "Next point");
     press(harness, Key::Enter, 1);
     assert_eq!(open(harness).draft.point, 1);

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use eframe::egui::{Align, Button, Layout, RichText, ScrollArea, Ui, vec2};
+use eframe::egui::{
+    Align, Button, CentralPanel, Frame, Layout, Margin, Panel, RichText, ScrollArea, Ui, vec2,
+};
 
 use crate::app::analysis::learning::built_in;
 use crate::app::setup::command::{Command, LearnCommand};
@@ -16,42 +18,49 @@ pub(super) fn show(ui: &mut Ui, state: &mut State) {
     ui.add_space(6.0);
     ui.label(RichText::new("Lessons").size(17.0).strong());
     ui.add_space(2.0);
-    ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
-        ui.add_space(6.0);
-        for command in [LearnCommand::ExportAnswers, LearnCommand::OpenLesson] {
-            let command = Command::Learn(command);
-            let (name, help) = command.text();
-            let button = Button::new(name).min_size(vec2(ui.available_width(), 24.0));
-            if ui
-                .add(button)
-                .on_hover_text(command.with_keys(help))
-                .clicked()
-            {
-                state.ask(command);
-            }
-        }
-        ui.separator();
-        ui.with_layout(Layout::top_down(Align::Min), |ui| {
-            ScrollArea::vertical()
-                .id_salt("lesson list")
-                .show(ui, |ui| {
-                    let mut chosen = None;
-                    for (i, lesson) in built_in().iter().enumerate() {
-                        entry(ui, state, lesson, &format!("{}. ", i + 1), &mut chosen);
-                    }
-                    if !state.learning.own.is_empty() {
-                        ui.add_space(6.0);
-                        ui.weak("From files");
-                    }
-                    for lesson in state.learning.own.clone() {
-                        entry(ui, state, &lesson, "", &mut chosen);
-                    }
-                    if let Some(lesson) = chosen {
-                        state.learning.open_lesson(&lesson);
-                    }
-                });
-        });
+    Panel::bottom("lesson files")
+        .frame(Frame::new().inner_margin(Margin::symmetric(0, 8)))
+        .show(ui, |ui| files(ui, state));
+    CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
+        ScrollArea::vertical()
+            .id_salt("lesson list")
+            .auto_shrink([false, false])
+            .show(ui, |ui| all(ui, state));
     });
+}
+
+/// Lessons from files, and answers to a file.
+fn files(ui: &mut Ui, state: &mut State) {
+    let has_answers = !state.learning.pupil.is_new();
+    for (command, is_possible) in [
+        (LearnCommand::OpenLesson, true),
+        (LearnCommand::ExportAnswers, has_answers),
+    ] {
+        let command = Command::Learn(command);
+        let (name, help) = command.text();
+        let button = Button::new(name).min_size(vec2(ui.available_width(), 24.0));
+        let response = ui.add_enabled(is_possible, button);
+        if response.on_hover_text(command.with_keys(help)).clicked() {
+            state.ask(command);
+        }
+    }
+}
+
+fn all(ui: &mut Ui, state: &mut State) {
+    let mut chosen = None;
+    for (i, lesson) in built_in().iter().enumerate() {
+        entry(ui, state, lesson, &format!("{}. ", i + 1), &mut chosen);
+    }
+    if !state.learning.own.is_empty() {
+        ui.add_space(6.0);
+        ui.weak("From files");
+    }
+    for lesson in state.learning.own.clone() {
+        entry(ui, state, &lesson, "", &mut chosen);
+    }
+    if let Some(lesson) = chosen {
+        state.learning.open_lesson(&lesson);
+    }
 }
 
 fn entry(
@@ -68,7 +77,8 @@ fn entry(
     let (earned, offered) = learning.pupil.stars(lesson);
     let title = RichText::new(format!("{number}{}", lesson.title)).size(13.5);
     let button = Button::selectable(is_open, title).wrap();
-    let button = ui.add_sized(vec2(ui.available_width(), 22.0), button);
+    let to_the_left = Layout::top_down_justified(Align::Min);
+    let button = ui.with_layout(to_the_left, |ui| ui.add(button)).inner;
     if button.on_hover_text(&lesson.about).clicked() {
         *chosen = Some(Arc::clone(lesson));
     }

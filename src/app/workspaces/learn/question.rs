@@ -49,6 +49,22 @@ pub(super) fn choice(ui: &mut Ui, open: &mut OpenStep, choice: &Choice, written:
     outcome(ui, open, written);
 }
 
+/// An arrow key that was pressed while nothing has the focus: the slider gets it. Returns the step
+/// of that first key.
+fn first_arrow(ui: &Ui, slider: Id) -> Option<f64> {
+    if ui.memory(|memory| memory.focused().is_some()) {
+        return None;
+    }
+    let pressed = |key| ui.input(|input| input.key_pressed(key));
+    let steps = match () {
+        () if pressed(Key::ArrowRight) || pressed(Key::ArrowUp) => 1.0,
+        () if pressed(Key::ArrowLeft) || pressed(Key::ArrowDown) => -1.0,
+        () => return None,
+    };
+    ui.memory_mut(|memory| memory.request_focus(slider));
+    Some(steps)
+}
+
 /// A mark that is moved to a value.
 pub(super) fn mark(ui: &mut Ui, open: &mut OpenStep, mark: &Mark, written: &Written) {
     strong(ui, &written.question);
@@ -57,8 +73,12 @@ pub(super) fn mark(ui: &mut Ui, open: &mut OpenStep, mark: &Mark, written: &Writ
     let text = mark.text(value);
     ui.label(RichText::new(format!("{}: {text}", mark.label)).size(TEXT_SIZE));
     let (low, high) = mark.range;
+    let id = Id::unique("mark of a lesson");
+    if is_predicting && let Some(steps) = first_arrow(ui, id) {
+        open.draft.move_mark(mark, steps);
+    }
     let track = SliderTrack {
-        id: Id::unique("mark of a lesson"),
+        id,
         label: &mark.label,
         text: &text,
         numeric: (value, low, high),
@@ -115,8 +135,11 @@ pub(super) fn curve(ui: &mut Ui, open: &mut OpenStep, task: &CurveTask, written:
         let (low, high) = task.range;
         let unit = open.scene.preset.model.coordinate.base_unit();
         let text = format_quantity(value, unit, 3);
+        let id = Id::unique("point of a curve");
+        // Its slider then has the focus, and takes the next one.
+        let _ = first_arrow(ui, id);
         let track = SliderTrack {
-            id: Id::unique("point of a curve"),
+            id,
             label: "height of the point",
             text: &text,
             numeric: (value, low, high),
@@ -134,8 +157,16 @@ pub(super) fn curve(ui: &mut Ui, open: &mut OpenStep, task: &CurveTask, written:
         }
         hint(
             ui,
-            "Draw in the plot with the pointer. By keys: move the slider of a point, then Next point. Predict when it is done.",
+            "Draw in the plot with the pointer. By keys: the arrows move a point, . and , go to the next and to the one before. Predict when it is done.",
         );
+        if moved.response.has_focus() {
+            let pressed = |key| ui.input(|input| input.key_pressed(key));
+            if pressed(Key::Period) {
+                open.draft.point = (point + 1).min(last);
+            } else if pressed(Key::Comma) {
+                open.draft.point = point.saturating_sub(1);
+            }
+        }
         if moved.response.has_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
             open.predict();
         }

@@ -1,6 +1,8 @@
 //! The sheet of the open step: heading, idea, question, and the buttons to go on.
 
-use eframe::egui::{Align, Button, Key, Label, Layout, Popup, RichText, ScrollArea, Ui, vec2};
+use eframe::egui::{
+    Button, CentralPanel, Frame, Key, Label, Margin, Panel, Popup, RichText, ScrollArea, Ui, vec2,
+};
 
 use super::words::paragraphs;
 use super::{exploring, question};
@@ -28,19 +30,17 @@ pub(super) fn show(ui: &mut Ui, state: &mut State) {
         open.lesson.title,
         index + 1
     ));
-    ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
-        ui.add_space(8.0);
-        buttons(ui, state);
-        ui.separator();
-        ui.with_layout(Layout::top_down(Align::Min), |ui| {
-            ScrollArea::vertical()
-                .id_salt(("sheet", index))
-                .auto_shrink([false, false])
-                .show(ui, |ui| {
-                    ui.set_max_width(ui.available_width() - 8.0);
-                    content(ui, state);
-                });
-        });
+    Panel::bottom("step buttons")
+        .frame(Frame::new().inner_margin(Margin::symmetric(0, 8)))
+        .show(ui, |ui| buttons(ui, state));
+    CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
+        ScrollArea::vertical()
+            .id_salt(("sheet", index))
+            .auto_shrink([false, false])
+            .show(ui, |ui| {
+                ui.set_max_width(ui.available_width() - 8.0);
+                content(ui, state);
+            });
     });
     let is_free = ui.memory(|memory| memory.focused().is_none()) && !Popup::is_any_open(ui.ctx());
     if can_predict && is_free && ui.input(|input| input.key_pressed(Key::Enter)) {
@@ -103,50 +103,102 @@ fn keep(state: &mut State, scored: crate::learn::prediction::Scored) {
     }
 }
 
-/// Back, Next, Predict, Play and Reset, from the bottom upwards.
+/// How a button looks.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Look {
+    /// It would do nothing.
+    Off,
+    /// It can be pressed.
+    Usual,
+    /// It goes on with the lesson.
+    GoesOn,
+}
+
+impl Look {
+    fn on_if(is_possible: bool) -> Self {
+        if is_possible { Self::Usual } else { Self::Off }
+    }
+}
+
+/// A button for a command; whether it was clicked.
+fn button(ui: &mut Ui, name: &str, command: Command, look: Look, width: f32) -> bool {
+    let mut text = RichText::new(name).size(14.0);
+    let selection = ui.visuals().selection;
+    if look == Look::GoesOn {
+        text = text.color(selection.stroke.color);
+    }
+    let mut shown = Button::new(text).min_size(vec2(width, BUTTON_HEIGHT));
+    if look == Look::GoesOn {
+        shown = shown.fill(selection.bg_fill);
+    }
+    let response = ui.add_enabled(look != Look::Off, shown);
+    response
+        .on_hover_text(command.with_keys(command.text().1))
+        .clicked()
+}
+
+/// Back, Predict or Play, Next; beneath them what is needed less often. What goes on with the
+/// lesson stands out.
 fn buttons(ui: &mut Ui, state: &mut State) {
     let Some(open) = &state.learning.open else {
         return;
     };
     let is_last = open.index + 1 == open.lesson.steps.len();
-    let is_first = open.index == 0;
+    let watches = open
+        .step()
+        .is_some_and(|step| step.task.controls().is_empty());
     let is_predicting = open.phase == Phase::Predicting;
-    let mut asked = None;
-    let mut button = |ui: &mut Ui, name: &str, command: Command, is_enabled: bool, width: f32| {
-        let shown = Button::new(RichText::new(name).size(14.0));
-        let shown = shown.min_size(vec2(width, BUTTON_HEIGHT));
-        let response = ui.add_enabled(is_enabled, shown);
-        if response
-            .on_hover_text(command.with_keys(command.text().1))
-            .clicked()
-        {
-            asked = Some(command);
-        }
+    let is_ready = is_ready(open);
+    let (middle, name) = match open.phase {
+        Phase::Predicting => (Command::Learn(LearnCommand::Predict), "Predict"),
+        _ if open.playback.is_playing => (Command::TogglePause, "Pause"),
+        _ => (Command::TogglePause, "Play"),
+    };
+    let middle_look = match open.phase {
+        Phase::Predicting if !is_ready => Look::Off,
+        Phase::Predicting => Look::GoesOn,
+        Phase::Watching if watches && !open.playback.is_playing => Look::GoesOn,
+        _ => Look::Usual,
+    };
+    let next_look = match open.phase {
+        Phase::Seen => Look::GoesOn,
+        Phase::Watching if !watches => Look::GoesOn,
+        _ => Look::Usual,
+    };
+    let next = match (is_last, is_predicting) {
+        (true, _) => "Finish",
+        (false, true) => "Skip",
+        (false, false) => "Next",
     };
     let learn = Command::Learn;
-    let width = ui.available_width() - 2.0 * ui.spacing().item_spacing.x;
-    ui.horizontal(|ui| {
-        let reset = learn(LearnCommand::Reset);
-        button(ui, "Start again", reset, true, 0.3 * width);
-        button(ui, "Present", Command::Present, true, 0.3 * width);
-    });
-    ui.horizontal(|ui| {
-        let third = width / 3.0;
-        let next = if is_last { "Finish" } else { "Next" };
-        button(ui, "Back", learn(LearnCommand::Back), !is_first, third);
-        if is_predicting {
-            let ready = is_ready(open);
-            button(ui, "Predict", learn(LearnCommand::Predict), ready, third);
-        } else {
-            let name = if open.playback.is_playing {
-                "Pause"
-            } else {
-                "Play"
-            };
-            button(ui, name, Command::TogglePause, true, third);
-        }
-        button(ui, next, learn(LearnCommand::Next), true, third);
-    });
+    let spacing = ui.spacing().item_spacing.x;
+    let third = (ui.available_width() - 2.0 * spacing) / 3.0;
+    let rows = [
+        vec![
+            (
+                "Back",
+                learn(LearnCommand::Back),
+                Look::on_if(open.index > 0),
+            ),
+            (name, middle, middle_look),
+            (next, learn(LearnCommand::Next), next_look),
+        ],
+        vec![
+            ("Start again", learn(LearnCommand::Reset), Look::Usual),
+            ("Present", Command::Present, Look::Usual),
+            ("Film...", Command::ExportFilm, Look::on_if(!is_predicting)),
+        ],
+    ];
+    let mut asked = None;
+    for row in rows {
+        ui.horizontal(|ui| {
+            for (name, command, look) in row {
+                if button(ui, name, command, look, third) {
+                    asked = Some(command);
+                }
+            }
+        });
+    }
     if let Some(command) = asked {
         state.ask(command);
     }
