@@ -73,6 +73,13 @@ impl Playback {
         true
     }
 
+    /// If it runs, it is at the end of `duration` \[s\] at once.
+    pub fn skip(&mut self, duration: f64) {
+        if self.is_playing {
+            self.time = duration;
+        }
+    }
+
     /// Goes by `by` \[s\], held within a run of `duration` \[s\].
     pub fn step(&mut self, by: f64, duration: f64) {
         self.is_playing = false;
@@ -162,8 +169,12 @@ mod tests {
         play.time = 0.995;
         assert!(play.advance(0.01, 1.0, &slow));
         assert_eq!((play.time, play.is_playing), (1.0, false));
+        play.skip(1.0);
+        assert_eq!(play.time, 1.0, "it stands still");
         play.toggle(1.0);
         assert_eq!((play.time, play.is_playing), (0.0, true));
+        play.skip(1.0);
+        assert!(play.advance(0.01, 1.0, &slow));
     }
 
     #[test]

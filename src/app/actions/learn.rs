@@ -74,7 +74,7 @@ fn lesson(services: &mut Services, command: LearnCommand) {
     let learning = &mut services.state.learning;
     match command {
         LearnCommand::Next => {
-            if let Some(finished) = learning.next() {
+            if let Some(finished) = learning.go_on() {
                 let (earned, offered) = learning.pupil.stars(&finished);
                 let text = format!(
                     "\"{}\" is done: {earned} of {offered} points.",
@@ -128,7 +128,7 @@ fn toggle_presenter(services: &mut Services, ui: &Ui) {
         return;
     };
     let zoom = context.zoom_factor();
-    let mut presenting = Presenting::new(saved, zoom);
+    let mut presenting = Presenting::new(saved, zoom, state.view.less_motion);
     presenting.remark = welcome();
     state.presenting = Some(presenting);
     context.set_zoom_factor(zoom * PRESENTER_ZOOM);

@@ -206,6 +206,7 @@ fn view_menu(services: &mut Services, ui: &mut Ui) {
         Command::SidePanel,
         Command::FindSlider,
         Command::ToggleTheme,
+        Command::LessMotion,
     ];
     items(services, ui, &view);
 }
@@ -222,6 +223,7 @@ fn items(services: &mut Services, ui: &mut Ui, commands: &[Command]) {
             }
             Command::SetMode(mode) => services.state.view.mode == mode,
             Command::SteadyState => services.state.view.from_steady,
+            Command::LessMotion => services.state.view.less_motion,
             Command::Workspace(id) => services.state.view.workspace == id.name(),
             _ => false,
         };

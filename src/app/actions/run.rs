@@ -123,10 +123,7 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         Command::Open => services.files.open_dialog(),
         Command::OpenPath => services.dialogs.ask_path(None),
         Command::NewDevice => services.dialogs.ask_device(),
-        Command::SaveSession => match services.session_path.clone() {
-            Some(path) => save(services, Purpose::Session, path),
-            None => services.dialogs.ask_path(Some(Purpose::Session)),
-        },
+        Command::SaveSession => save_session(services),
         Command::SaveSessionAs
         | Command::SavePreset
         | Command::ExportSvg
@@ -136,12 +133,7 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         | Command::SaveDiagnosed
         | Command::ExportReport
         | Command::ExportDiagnosis => services.dialogs.ask_path(purpose(command)),
-        Command::Undo => {
-            services.history.undo(&mut state.setup);
-        }
-        Command::Redo => {
-            services.history.redo(&mut state.setup);
-        }
+        Command::Undo | Command::Redo => go_in_history(services, command),
         Command::ResetParameters => {
             state.setup.preset = state.setup.original.as_ref().clone();
             state.setup.locked.clear();
@@ -211,6 +203,7 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         | Command::FixResidual
         | Command::SmallMultiples
         | Command::ToggleTheme
+        | Command::LessMotion
         | Command::SidePanel
         | Command::Identification
         | Command::Sensitivity
@@ -218,6 +211,23 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         | Command::Validation
         | Command::DriveEditor => change_view(state, command),
         Command::Quit => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
+    }
+}
+
+/// Saves the session where it was saved before, or asks where.
+fn save_session(services: &mut Services) {
+    match services.session_path.clone() {
+        Some(path) => save(services, Purpose::Session, path),
+        None => services.dialogs.ask_path(Some(Purpose::Session)),
+    }
+}
+
+fn go_in_history(services: &mut Services, command: Command) {
+    let setup = &mut services.state.setup;
+    if command == Command::Undo {
+        services.history.undo(setup);
+    } else {
+        services.history.redo(setup);
     }
 }
 
@@ -263,6 +273,7 @@ fn change_view(state: &mut State, command: Command) {
         Command::ToggleTheme => {
             state.view.dark = !state.view.dark;
         }
+        Command::LessMotion => state.view.less_motion = !state.view.less_motion,
         Command::SidePanel => state.view.side_panel = !state.view.side_panel,
         Command::Identification => state.identification.open = !state.identification.open,
         Command::Sensitivity => state.sensing.open = !state.sensing.open,

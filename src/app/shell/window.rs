@@ -41,6 +41,8 @@ pub struct Shell {
     layout: Layout,
     /// The theme whose colours are set.
     applied_dark: Option<bool>,
+    /// Whether things glide, as it is set.
+    applied_motion: Option<bool>,
     screenshot: Option<Screenshot>,
 }
 
@@ -69,6 +71,7 @@ impl Shell {
             autosave: Autosave::new(&services.state, slot),
             layout: Layout::new(),
             applied_dark: Some(services.state.view.dark),
+            applied_motion: None,
             screenshot: options
                 .screenshot
                 .map(|path| Screenshot::new(path, outcome)),
@@ -96,6 +99,11 @@ impl Shell {
         if self.applied_dark != Some(services.state.view.dark) {
             self.applied_dark = Some(services.state.view.dark);
             theme::apply(ui.ctx(), services.state.view.dark);
+        }
+        let is_still = services.state.view.less_motion;
+        if self.applied_motion != Some(is_still) {
+            self.applied_motion = Some(is_still);
+            theme::set_motion(ui.ctx(), is_still);
         }
         open_case::advance(&mut services.state, ui.ctx());
         shortcuts(services, ui);

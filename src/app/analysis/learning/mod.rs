@@ -79,7 +79,7 @@ impl Learning {
 
     /// The next step; after the last one the lesson is done and the next one opens. Returns the
     /// lesson that was finished.
-    pub fn next(&mut self) -> Option<Arc<Lesson>> {
+    pub fn go_on(&mut self) -> Option<Arc<Lesson>> {
         let (lesson, step) = self.place()?;
         if step + 1 < lesson.steps.len() {
             self.open_step(&lesson, step + 1);
@@ -127,10 +127,14 @@ impl Learning {
     }
 
     /// Asks for the run of the open step and keeps the answer of one that was shown.
-    pub fn update(&mut self, context: &Context, wall: f64) {
+    /// One that is `still` is shown whole at once instead of played.
+    pub fn update(&mut self, context: &Context, wall: f64, is_still: bool) {
         let Some(open) = &mut self.open else {
             return;
         };
+        if is_still {
+            open.playback.skip(open.scene.duration);
+        }
         if let Some((prediction, scored)) = open.update(context, wall) {
             let (lesson, index) = (Arc::clone(&open.lesson), open.index);
             self.pupil.answer(&lesson, index, prediction, scored);

@@ -135,15 +135,24 @@ pub struct Presenting {
     pub film: (Option<f64>, Option<f64>),
     /// Zoom factor of the window before.
     pub zoom_before: f32,
+    /// Whether scenes begin whole instead of running.
+    is_still: bool,
 }
 
 impl Presenting {
     /// Begins with a scene, running.
-    pub fn new(saved: SavedScene, zoom_before: f32) -> Self {
+    /// One that is `still` begins at the end of the run and without zoom; keys can change both.
+    pub fn new(saved: SavedScene, zoom_before: f32, is_still: bool) -> Self {
         let mut playback = Playback::new(saved.speed);
         playback.loops = true;
         playback.slows_at_impacts = true;
-        playback.start();
+        let mut saved = saved;
+        if is_still {
+            playback.time = saved.scene.duration;
+            saved.shows.zoom = false;
+        } else {
+            playback.start();
+        }
         Self {
             sides: vec![Side::new(saved.scene)],
             active: 0,
@@ -158,13 +167,14 @@ impl Presenting {
             let_go_at: None,
             film: (None, None),
             zoom_before,
+            is_still,
         }
     }
 
     /// Shows a saved scene.
     pub fn show_saved(&mut self, saved: SavedScene) {
         let before = (self.zoom_before, self.playback);
-        *self = Self::new(saved, before.0);
+        *self = Self::new(saved, before.0, self.is_still);
         self.playback.slows_at_impacts = before.1.slows_at_impacts;
     }
 

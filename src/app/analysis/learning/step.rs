@@ -85,7 +85,11 @@ impl OpenStep {
             lesson,
             index,
         };
-        if open.phase == Phase::Seen {
+        // What is compared or explored is seen whole; Play shows it in time.
+        let has_controls = open
+            .step()
+            .is_some_and(|step| !step.task.controls().is_empty());
+        if open.phase == Phase::Seen || has_controls {
             open.playback.time = open.scene.duration;
         }
         if let Task::Concealed(game) = &open.step()?.task.clone() {
@@ -117,7 +121,8 @@ impl OpenStep {
         if let Some(step) = self.lesson.steps.get(self.index) {
             self.scene = step.scene.clone();
         }
-        self.playback.start();
+        self.playback.is_playing = false;
+        self.playback.time = self.scene.duration;
     }
 
     /// Settles the round of the game with a guess.

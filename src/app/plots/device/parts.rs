@@ -1,6 +1,8 @@
 //! The parts of the device.
 
-use eframe::egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, pos2, vec2};
+use eframe::egui::{
+    Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, pos2, vec2,
+};
 
 use super::Layout;
 use super::look::DeviceLook;
@@ -13,6 +15,9 @@ const MIN_NAMED_WIDTH: f32 = 300.0;
 
 /// Shortest arrow that carries its value \[points\].
 const MIN_LABELLED_ARROW: f32 = 4.0;
+
+/// Size of the name and value at an arrow \[points\].
+const ARROW_TEXT_SIZE: f32 = 14.0;
 
 /// Number of segments of the drawn beam.
 const BEAM_PIECES: usize = 40;
@@ -334,7 +339,8 @@ impl Scene<'_> {
                 let length = self.length(force, largest);
                 arrow(self.painter, from, length, width, color);
                 let side = (from.x - base.x).signum();
-                self.arrow_label(name, force, from, (length, side), color);
+                let beside = pos2(base.x + 0.5 * side * l.mass.x, from.y);
+                self.arrow_label(name, force, beside, (length, side), color);
             }
         };
         match m.contact_since {
@@ -362,8 +368,17 @@ impl Scene<'_> {
         }
         let words = format!("{name} {}", format_quantity(force.abs(), "N", 2));
         let tip = pos2(from.x + side * 8.0, from.y - length);
-        let place = if side < 0.0 { "rc" } else { "lc" };
-        text(self.painter, tip, place, words, 14.0, color);
+        let align = if side < 0.0 {
+            Align2::RIGHT_CENTER
+        } else {
+            Align2::LEFT_CENTER
+        };
+        let font = FontId::proportional(ARROW_TEXT_SIZE);
+        let galley = self.painter.layout_no_wrap(words, font, color);
+        let place = align.anchor_size(tip, galley.size());
+        let behind = self.colors.behind;
+        self.painter.rect_filled(place.expand(2.0), 3.0, behind);
+        self.painter.galley(place.min, galley, color);
     }
 
     /// A bar of a round height at the right edge, which shows the scale.

@@ -100,6 +100,8 @@ pub enum Command {
     SmallMultiples,
     /// Dark or light.
     ToggleTheme,
+    /// Runs shown whole instead of played.
+    LessMotion,
     /// Shows or hides the panel on the right.
     SidePanel,
     /// Shows the keyboard shortcuts.
@@ -213,6 +215,7 @@ impl Command {
             Command::Sensitivity,
             Command::AutoAlign,
             Command::ToggleTheme,
+            Command::LessMotion,
             Command::SidePanel,
             Command::FindSlider,
             Command::Palette,

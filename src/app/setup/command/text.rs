@@ -97,6 +97,10 @@ impl Command {
                 "Shift the recordings onto the simulation by cross-correlation",
             ),
             Command::ToggleTheme => ("Dark / light", "Switch between dark and light theme"),
+            Command::LessMotion => (
+                "Less motion",
+                "Lessons and presenter show a run whole instead of playing it, and nothing glides or zooms",
+            ),
             Command::FindSlider => (
                 "Find a slider",
                 "Type a symbol or a name, Enter; then the arrow keys change the value",

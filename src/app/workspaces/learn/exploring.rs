@@ -151,7 +151,7 @@ pub(super) fn concealed(
     if let Some(level) = game.level(&round) {
         for (i, candidate) in level.candidates.iter().enumerate() {
             let text = RichText::new(&candidate.name).size(TEXT_SIZE);
-            let button = Button::selectable(guess == Some(i), text);
+            let button = Button::new(text).selected(guess == Some(i));
             let button = button.min_size(vec2(ui.available_width(), 26.0));
             let response = ui.add_enabled(guess.is_none(), button);
             if response.on_hover_text(&candidate.sign).clicked() {

@@ -41,7 +41,8 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         }
     });
     let wall = ui.input(|input| f64::from(input.unstable_dt));
-    state.learning.update(ui.ctx(), wall);
+    let is_still = state.view.less_motion;
+    state.learning.update(ui.ctx(), wall, is_still);
 }
 
 /// The pictures of the open step, or why there are none.

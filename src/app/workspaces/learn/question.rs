@@ -31,7 +31,7 @@ pub(super) fn choice(ui: &mut Ui, open: &mut OpenStep, choice: &Choice, written:
         if is_right {
             text = text.color(theme::good(ui.visuals().dark_mode)).strong();
         }
-        let button = Button::selectable(is_chosen, text).wrap();
+        let button = Button::new(text).selected(is_chosen).wrap();
         let button = button.min_size(vec2(ui.available_width(), 28.0));
         let clicked = ui.add_enabled(is_predicting, button).clicked();
         let key = ANSWER_KEYS.get(i);

@@ -5,8 +5,8 @@ mod keys;
 mod sliders;
 
 use eframe::egui::{
-    Align2, CentralPanel, Frame, Grid, Label, Panel, Rect, RichText, Stroke, Ui, UiBuilder, Window,
-    vec2,
+    Align2, CentralPanel, Color32, Frame, Grid, Label, Panel, Rect, RichText, Stroke, Ui,
+    UiBuilder, Window, vec2,
 };
 
 pub use self::keys::PRESENTER_KEYS;
@@ -94,11 +94,15 @@ fn sides(ui: &mut Ui, presenting: &mut Presenting) {
             let is_active = presenting.active == i;
             let name = ["A", "B"].get(i).copied().unwrap_or_default();
             let text = RichText::new(name).size(22.0).strong();
+            let selection = child.visuals().selection.stroke.color;
+            // Both take the same room, so that the pictures stand at one height.
+            let frame = if is_active {
+                selection
+            } else {
+                Color32::TRANSPARENT
+            };
             Frame::new()
-                .stroke(Stroke::new(
-                    if is_active { 2.0 } else { 0.0 },
-                    child.visuals().selection.stroke.color,
-                ))
+                .stroke(Stroke::new(2.0, frame))
                 .inner_margin(2.0)
                 .show(&mut child, |ui| ui.label(text));
         }
