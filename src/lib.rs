@@ -6,6 +6,7 @@
 //! |---|---|---|
 //! | [`cli`] | the commands `simulate`, `fit`, `validate`, `diagnose`, `trial`, `demo`, `sweep`, `inspect`, `device` | `cli/mod.rs` |
 //! | [`app`] | the window: workspaces, plots, files, undo | [`app::state`] |
+//! | [`learn`] | lessons: texts with computed numbers, predictions and their scores | [`learn::lesson`] |
 //! | [`trial`] | sealed benchmark: devices with a concealed effect, by another solver | [`trial::Case`] |
 //! | [`diagnose`] | what a model leaves out: where, what, how much, and the proof | `diagnose/pipeline.rs` |
 //! | [`explore`](mod@explore) | drive waveforms found by eye: steady states, maps, robustness, drawn waveforms, gaits | [`explore::steady_state`] |
@@ -34,6 +35,8 @@ pub mod cli;
 pub mod diagnose;
 pub mod explore;
 pub mod fit;
+#[cfg(feature = "gui")]
+pub mod learn;
 pub mod model;
 #[cfg(feature = "gui")]
 mod part_files;

@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use super::dialogs::Dialogs;
+use super::export::film::FilmRequest;
 use super::files::open::Files;
 use super::files::session_text::RecordingEntry;
 use super::setup::notice::{About, Notice};
@@ -42,6 +43,8 @@ pub struct Services {
     pub speed_set_for: String,
     /// The drive taken from a recording.
     pub recorded_drive: RecordedDriveCache,
+    /// The film that is to be written next.
+    pub film: Option<FilmRequest>,
     /// The first failure since the start. A screenshot then ends with an error.
     pub first_failure: Option<String>,
 }
@@ -63,6 +66,7 @@ impl Services {
             shows_hint: false,
             speed_set_for: String::new(),
             recorded_drive: RecordedDriveCache::default(),
+            film: None,
             first_failure: None,
         }
     }

@@ -7,6 +7,8 @@ use super::analysis::diagnosis::Diagnosing;
 use super::analysis::explore::Exploring;
 use super::analysis::fit::Fitting;
 use super::analysis::identification::Identification;
+use super::analysis::learning::Learning;
+use super::analysis::learning::presenting::{Presenting, SavedScenes};
 use super::analysis::sensitivity::Sensing;
 use super::setup::command::Command;
 use super::setup::current_setup::Setup;
@@ -74,6 +76,12 @@ pub struct State {
     pub diagnosing: Diagnosing,
     /// The Explore workspace.
     pub exploring: Exploring,
+    /// The Learn workspace.
+    pub learning: Learning,
+    /// The presenter, while it fills the screen.
+    pub presenting: Option<Presenting>,
+    /// Scenes that the presenter shows by key.
+    pub scenes: SavedScenes,
 }
 
 impl State {
@@ -101,6 +109,9 @@ impl State {
             sensing: Sensing::default(),
             diagnosing: Diagnosing::default(),
             exploring: Exploring::default(),
+            learning: Learning::default(),
+            presenting: None,
+            scenes: SavedScenes::default(),
         }
     }
 

@@ -2,7 +2,7 @@
 //! 4.5:1 against what it is drawn on (WCAG 2, level AA).
 
 use eframe::egui::{
-    Color32, Context, FontFamily, FontId, TextStyle, Theme, ThemePreference, Visuals,
+    Color32, Context, FontFamily, FontId, Style, TextStyle, Theme, ThemePreference, Visuals,
 };
 
 /// Sets sizes once and the colours of the theme.
@@ -22,6 +22,13 @@ pub fn apply(context: &Context, dark: bool) {
         );
         style.spacing.item_spacing.y = 4.0;
     });
+}
+
+/// Lets nothing glide, or lets it.
+pub fn set_motion(context: &Context, is_still: bool) {
+    let usual = Style::default().animation_time;
+    let time = if is_still { 0.0 } else { usual };
+    context.all_styles_mut(|style| style.animation_time = time);
 }
 
 /// Sets the colours that the library's own do not read well in.

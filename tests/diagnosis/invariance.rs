@@ -34,7 +34,7 @@ impl Readings {
     fn part(&self, k: usize) -> Part {
         let (time, volts) = (self.time.clone(), self.volts.clone());
         let (xp, xc) = (self.xp.clone(), self.xc.clone());
-        let recording = Recording::new(&format!("run {k}"), time, volts, xp, xc);
+        let recording = Recording::new(format!("run {k}"), time, volts, xp, xc);
         Part::whole(Arc::new(recording.expect("a recording")))
     }
 }

@@ -7,7 +7,7 @@ use super::source::{Tree, is_test, line, words};
 use super::uses::{Modules, module, uses};
 
 /// The floors, from the bottom up.
-const FLOORS: [&str; 12] = [
+const FLOORS: [&str; 13] = [
     "atomic_write",
     "part_files",
     "static_text",
@@ -18,6 +18,7 @@ const FLOORS: [&str; 12] = [
     "explore",
     "diagnose",
     "trial",
+    "learn",
     "app",
     "cli",
 ];

@@ -19,6 +19,7 @@ use crate::app::setup::drive_choice::DriveChoice;
 use crate::app::setup::notice::About;
 use crate::app::setup::overlay::{Estimates, Overlay, OverlayId};
 use crate::app::setup::own_drive::OwnDrive;
+use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::state::Cursors;
 use crate::model::unit::format_quantity;
 use crate::recording::Recording;
@@ -79,6 +80,13 @@ pub fn receive(services: &mut Services) -> bool {
             FileEvent::Lost { id, message } => services.report_missing(id, message),
             FileEvent::Drive { waveform } => {
                 services.state.setup.drive = DriveChoice::Waveform(waveform);
+            }
+            FileEvent::Lesson { lesson } => {
+                let state = &mut services.state;
+                state.learning.take(*lesson);
+                WorkspaceId::Learn
+                    .name()
+                    .clone_into(&mut state.view.workspace);
             }
             FileEvent::Drawn { drawn } => explore::opened(services, *drawn),
             FileEvent::TypePath { purpose } => {

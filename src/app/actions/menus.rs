@@ -5,7 +5,7 @@ use eframe::egui::{Button, Ui};
 use super::run::is_possible;
 use crate::app::files::recent;
 use crate::app::services::Services;
-use crate::app::setup::command::Command;
+use crate::app::setup::command::{Command, LearnCommand};
 use crate::app::setup::current_setup::choose_preset;
 use crate::app::setup::drive_choice::Mode;
 use crate::app::setup::explore::ExplorePanel;
@@ -18,7 +18,7 @@ type Menu = (&'static str, &'static [&'static [Command]]);
 
 /// The menus that hold commands alone. "File", "View" and
 /// "Help" have entries of their own.
-const MENUS: [Menu; 5] = [
+const MENUS: [Menu; 6] = [
     (
         "Edit",
         &[
@@ -94,11 +94,29 @@ const MENUS: [Menu; 5] = [
             ],
         ],
     ),
+    (
+        "Lessons",
+        &[
+            &[
+                Command::Learn(LearnCommand::Next),
+                Command::Learn(LearnCommand::Back),
+                Command::Learn(LearnCommand::Predict),
+                Command::Learn(LearnCommand::Reset),
+            ],
+            &[
+                Command::Learn(LearnCommand::NextLesson),
+                Command::Learn(LearnCommand::PreviousLesson),
+                Command::Learn(LearnCommand::OpenLesson),
+                Command::Learn(LearnCommand::ExportAnswers),
+            ],
+            &[Command::Present, Command::ExportFilm],
+        ],
+    ),
 ];
 
 /// Draws the menus.
 pub fn menus(services: &mut Services, ui: &mut Ui) {
-    let [edit, recording, run, diagnosis, explore] = MENUS;
+    let [edit, recording, run, diagnosis, explore, lessons] = MENUS;
     ui.menu_button("File", |ui| file_menu(services, ui));
     menu(services, ui, edit);
     menu(services, ui, recording);
@@ -106,6 +124,7 @@ pub fn menus(services: &mut Services, ui: &mut Ui) {
     menu(services, ui, run);
     menu(services, ui, diagnosis);
     menu(services, ui, explore);
+    menu(services, ui, lessons);
     ui.menu_button("Help", |ui| {
         items(services, ui, &[Command::Help, Command::Palette]);
         if ui.button("About").clicked() {
@@ -187,6 +206,7 @@ fn view_menu(services: &mut Services, ui: &mut Ui) {
         Command::SidePanel,
         Command::FindSlider,
         Command::ToggleTheme,
+        Command::LessMotion,
     ];
     items(services, ui, &view);
 }
@@ -203,6 +223,7 @@ fn items(services: &mut Services, ui: &mut Ui, commands: &[Command]) {
             }
             Command::SetMode(mode) => services.state.view.mode == mode,
             Command::SteadyState => services.state.view.from_steady,
+            Command::LessMotion => services.state.view.less_motion,
             Command::Workspace(id) => services.state.view.workspace == id.name(),
             _ => false,
         };

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use eframe::egui::{Event, InputState, Key, KeyboardShortcut, Ui, ViewportCommand};
 
-use super::kept_curves;
 use super::save::save;
+use super::{kept_curves, learn};
 use crate::app::analysis::diagnosis;
 use crate::app::analysis::explore::source::drive_of;
 use crate::app::dialogs::{Answer, Target};
@@ -59,8 +59,12 @@ pub fn is_possible(services: &Services, command: Command) -> bool {
     match command {
         Command::Undo => services.history.can_undo(),
         Command::Redo => services.history.can_redo(),
+        Command::TogglePause | Command::Restart | Command::Step if learn::takes_keys(state) => {
+            state.presenting.is_none() && state.learning.open.is_some()
+        }
         Command::TogglePause | Command::Restart => live,
         Command::Step => live && state.paused,
+        Command::Learn(command) => learn::is_possible(state, command),
         Command::LoadDrive | Command::UseDrawnDrive => state.setup.preset.model.piezo.is_some(),
         Command::AutoAlign => !state.setup.overlays.is_empty() && state.snapshot.is_some(),
         Command::SmallMultiples => state.setup.overlays.iter().filter(|o| o.visible).count() > 1,
@@ -119,22 +123,17 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         Command::Open => services.files.open_dialog(),
         Command::OpenPath => services.dialogs.ask_path(None),
         Command::NewDevice => services.dialogs.ask_device(),
-        Command::SaveSession => match services.session_path.clone() {
-            Some(path) => save(services, Purpose::Session, path),
-            None => services.dialogs.ask_path(Some(Purpose::Session)),
-        },
-        Command::SaveSessionAs => services.dialogs.ask_path(Some(Purpose::Session)),
-        Command::SavePreset => services.dialogs.ask_path(Some(Purpose::Preset)),
-        Command::ExportSvg => services.dialogs.ask_path(Some(Purpose::Svg)),
-        Command::ExportPng => services.dialogs.ask_path(Some(Purpose::Png)),
-        Command::ExportTrace => services.dialogs.ask_path(Some(Purpose::Trace)),
-        Command::ExportEvents => services.dialogs.ask_path(Some(Purpose::Events)),
-        Command::Undo => {
-            services.history.undo(&mut state.setup);
-        }
-        Command::Redo => {
-            services.history.redo(&mut state.setup);
-        }
+        Command::SaveSession => save_session(services),
+        Command::SaveSessionAs
+        | Command::SavePreset
+        | Command::ExportSvg
+        | Command::ExportPng
+        | Command::ExportTrace
+        | Command::ExportEvents
+        | Command::SaveDiagnosed
+        | Command::ExportReport
+        | Command::ExportDiagnosis => services.dialogs.ask_path(purpose(command)),
+        Command::Undo | Command::Redo => go_in_history(services, command),
         Command::ResetParameters => {
             state.setup.preset = state.setup.original.as_ref().clone();
             state.setup.locked.clear();
@@ -144,6 +143,9 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         Command::SteadyState => {
             state.view.from_steady = !state.view.from_steady;
             set_mode(state, Mode::WholeSpan);
+        }
+        Command::TogglePause | Command::Restart | Command::Step if learn::takes_keys(state) => {
+            learn::play(state, command);
         }
         Command::TogglePause => toggle_pause(state),
         Command::Step => services.steps += 1,
@@ -186,9 +188,9 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         | Command::ExportWaveform
         | Command::ExportMap
         | Command::ExportGait => super::explore::run(services, command),
-        Command::SaveDiagnosed => services.dialogs.ask_path(Some(Purpose::Diagnosed)),
-        Command::ExportReport => services.dialogs.ask_path(Some(Purpose::Report)),
-        Command::ExportDiagnosis => services.dialogs.ask_path(Some(Purpose::Diagnosis)),
+        Command::Learn(_) | Command::Present | Command::ExportFilm => {
+            learn::run(services, ui, command);
+        }
         Command::FindSlider => {
             state.view.workspace = WorkspaceId::Tune.name().to_owned();
             slider_search::ask(ui.ctx());
@@ -201,6 +203,7 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         | Command::FixResidual
         | Command::SmallMultiples
         | Command::ToggleTheme
+        | Command::LessMotion
         | Command::SidePanel
         | Command::Identification
         | Command::Sensitivity
@@ -209,6 +212,39 @@ fn run_one(services: &mut Services, ui: &Ui, command: Command) {
         | Command::DriveEditor => change_view(state, command),
         Command::Quit => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
     }
+}
+
+/// Saves the session where it was saved before, or asks where.
+fn save_session(services: &mut Services) {
+    match services.session_path.clone() {
+        Some(path) => save(services, Purpose::Session, path),
+        None => services.dialogs.ask_path(Some(Purpose::Session)),
+    }
+}
+
+fn go_in_history(services: &mut Services, command: Command) {
+    let setup = &mut services.state.setup;
+    if command == Command::Undo {
+        services.history.undo(setup);
+    } else {
+        services.history.redo(setup);
+    }
+}
+
+/// What a command writes whose path is asked for; `None` for the others.
+fn purpose(command: Command) -> Option<Purpose> {
+    Some(match command {
+        Command::SaveSessionAs => Purpose::Session,
+        Command::SavePreset => Purpose::Preset,
+        Command::ExportSvg => Purpose::Svg,
+        Command::ExportPng => Purpose::Png,
+        Command::ExportTrace => Purpose::Trace,
+        Command::ExportEvents => Purpose::Events,
+        Command::SaveDiagnosed => Purpose::Diagnosed,
+        Command::ExportReport => Purpose::Report,
+        Command::ExportDiagnosis => Purpose::Diagnosis,
+        _ => return None,
+    })
 }
 
 fn toggle_pause(state: &mut State) {
@@ -237,6 +273,7 @@ fn change_view(state: &mut State, command: Command) {
         Command::ToggleTheme => {
             state.view.dark = !state.view.dark;
         }
+        Command::LessMotion => state.view.less_motion = !state.view.less_motion,
         Command::SidePanel => state.view.side_panel = !state.view.side_panel,
         Command::Identification => state.identification.open = !state.identification.open,
         Command::Sensitivity => state.sensing.open = !state.sensing.open,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::explore;
 use crate::app::export;
+use crate::app::export::film::FilmRequest;
 use crate::app::files::atomic_write::write_atomically;
 use crate::app::files::event::{FileEvent, Purpose};
 use crate::app::files::session_text::RecordingEntry;
@@ -23,7 +24,12 @@ use crate::recording::events::events_csv;
 const MISSING_RUN_REASON: &str = "there is no simulated run yet";
 
 /// Saves the present state to a path, in the form that `purpose` names.
-pub fn save(services: &Services, purpose: Purpose, path: PathBuf) {
+pub fn save(services: &mut Services, purpose: Purpose, path: PathBuf) {
+    if purpose == Purpose::Film
+        && let Some(request) = services.film.take()
+    {
+        return film(services, request, path);
+    }
     let (state, absent) = (services.state.clone(), services.missing_recordings.clone());
     services.files.work("saving", path.clone(), move |_| {
         Some(match write(&state, &absent, purpose, &path) {
@@ -37,6 +43,26 @@ pub fn save(services: &Services, purpose: Purpose, path: PathBuf) {
             },
         })
     });
+}
+
+/// Writes a film; it can be cancelled.
+fn film(services: &Services, request: FilmRequest, path: PathBuf) {
+    services
+        .files
+        .work("filming", path.clone(), move |context| {
+            let progress = |share: f32| context.progress(share);
+            Some(match export::film::write(&request, &path, &progress) {
+                Ok(true) => FileEvent::Saved {
+                    purpose: Purpose::Film,
+                    path,
+                    remark: None,
+                },
+                Ok(false) => return None,
+                Err(reason) => FileEvent::Failed {
+                    message: format!("No film was made: {reason}"),
+                },
+            })
+        });
 }
 
 fn write(
@@ -84,6 +110,13 @@ fn write(
             let snapshot = state.snapshot.as_ref().ok_or(MISSING_RUN_REASON)?;
             write_atomically(path, &export::trace_csv::text(snapshot)?).map_err(|e| text(&e))
         }
+        Purpose::Answers => {
+            let learning = &state.learning;
+            let lessons: Vec<_> = learning.lessons().map(|lesson| &**lesson).collect();
+            let table = learning.pupil.csv(&lessons).map_err(|e| text(&e))?;
+            write_atomically(path, &table).map_err(|e| text(&e))
+        }
+        Purpose::Film => Err("there is no film to write; export it again".to_owned()),
         Purpose::Waveform | Purpose::Generator(_) | Purpose::GaitContacts | Purpose::Map => {
             explore::write(state, purpose, path)
         }

@@ -8,6 +8,7 @@ pub mod explore;
 pub mod fit;
 pub mod identification;
 pub mod job;
+pub mod learning;
 pub(super) mod origin;
 pub(super) mod recording_noise;
 pub mod recording_roles;

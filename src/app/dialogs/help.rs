@@ -6,7 +6,7 @@ use super::escape;
 use crate::app::setup::command::Command;
 
 /// Mouse and key gestures.
-const GESTURES: [(&str, &str); 17] = [
+const GESTURES: [(&str, &str); 22] = [
     ("drag in a plot", "move through time"),
     ("wheel in a plot", "zoom in time around the pointer"),
     ("double-click in a plot", "show the whole span"),
@@ -45,6 +45,20 @@ const GESTURES: [(&str, &str); 17] = [
     ("double-click a slider", "reset it to the preset's value"),
     ("Shift + drag a slider", "move it finely"),
     ("arrow keys on a slider", "move it step by step"),
+    ("1 to 6", "choose an answer (Learn)"),
+    (
+        "arrow keys",
+        "move the mark, or a point of the curve (Learn)",
+    ),
+    (
+        ". and ,",
+        "the next point of the curve, the one before (Learn)",
+    ),
+    ("Enter", "commit the prediction (Learn)"),
+    (
+        "drag in the plot",
+        "draw the predicted curve, move the mark (Learn)",
+    ),
 ];
 
 /// Draws the list while `open`.

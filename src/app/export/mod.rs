@@ -5,6 +5,7 @@
 
 mod canvas;
 pub mod error;
+pub mod film;
 pub(crate) mod map_csv;
 mod page;
 pub mod sheet;

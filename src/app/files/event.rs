@@ -7,6 +7,7 @@ use super::session_text::{Loaded, RecordingEntry};
 use crate::app::setup::overlay::OverlayId;
 use crate::explore::waveform::EditableWaveform;
 use crate::explore::waveform::export::GeneratorFormat;
+use crate::learn::lesson::Lesson;
 use crate::model::drive::Waveform;
 use crate::model::preset::Preset;
 use crate::recording::Recording;
@@ -48,6 +49,8 @@ pub enum FileEvent {
     Lost { id: OverlayId, message: String },
     /// A drawn waveform was read.
     Drawn { drawn: Box<EditableWaveform> },
+    /// A lesson was read.
+    Lesson { lesson: Box<Lesson> },
     /// A drive was read.
     Drive { waveform: Waveform },
     /// The system has no file dialog, so the path must be typed; `None` is for opening.
@@ -85,6 +88,10 @@ pub enum Purpose {
     GaitContacts,
     /// A map.
     Map,
+    /// The answers to all lessons.
+    Answers,
+    /// A film.
+    Film,
 }
 
 impl Purpose {
@@ -105,6 +112,8 @@ impl Purpose {
             Purpose::Generator(_) => "waveform.csv",
             Purpose::GaitContacts => "gait.csv",
             Purpose::Map => "map.csv",
+            Purpose::Answers => "answers.csv",
+            Purpose::Film => "film.gif",
         }
     }
 }

@@ -9,6 +9,7 @@ use super::session;
 use super::session_text::RecordingEntry;
 use crate::app::files::recent;
 use crate::explore::waveform::{is_waveform_file, load};
+use crate::learn::lesson::{Lesson, is_lesson_text};
 use crate::model::drive::DriveReading;
 use crate::model::preset::Preset;
 use crate::recording::csv::{ColumnChoice, ImportSettings, Preview, ReadingChoices};
@@ -102,6 +103,19 @@ fn open_toml(path: PathBuf, context: &Context) -> FileEvent {
             Err(error) => FileEvent::Failed {
                 message: format!("{error}; the file was not changed"),
             },
+        };
+    }
+    if let Ok(text) = std::fs::read_to_string(&path)
+        && is_lesson_text(&text)
+    {
+        return match Lesson::parse(&path.to_string_lossy(), &text) {
+            Ok(lesson) => {
+                recent::remember(&path, None);
+                FileEvent::Lesson {
+                    lesson: Box::new(lesson),
+                }
+            }
+            Err(error) => failed(&error),
         };
     }
     if std::fs::read_to_string(&path).is_ok_and(|text| is_waveform_file(&text)) {

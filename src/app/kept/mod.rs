@@ -10,6 +10,7 @@ mod lines;
 mod panels;
 mod part;
 mod restore;
+mod scenes;
 #[cfg(test)]
 mod tests;
 mod thin;
@@ -70,6 +71,12 @@ impl Kept {
             kept.push(Part::TrialAnswer, answer(&suspended.automatic));
             kept.push(Part::TrialAnswerByHand, answer(&suspended.by_hand));
             kept.trial_setup = suspended.setup;
+        }
+        if !state.learning.pupil.is_new() {
+            kept.push_small(Part::Lessons, &state.learning.pupil);
+        }
+        if !state.scenes.is_empty() {
+            kept.push_small(Part::Scenes, &scenes::stored(&state.scenes));
         }
         kept
     }

@@ -16,6 +16,8 @@ pub(super) enum Part {
     TrialSetup,
     TrialAnswer,
     TrialAnswerByHand,
+    Lessons,
+    Scenes,
 }
 
 impl Part {
@@ -32,6 +34,8 @@ impl Part {
                 Self::TrialSetup,
                 Self::TrialAnswer,
                 Self::TrialAnswerByHand,
+                Self::Lessons,
+                Self::Scenes,
             ])
     }
 
@@ -54,6 +58,8 @@ impl Part {
             Self::TrialSetup => "trial-setup",
             Self::TrialAnswer => "trial-diagnosis",
             Self::TrialAnswerByHand => "trial-diagnosis-by-hand",
+            Self::Lessons => "lessons",
+            Self::Scenes => "presenter-scenes",
         }
     }
 
@@ -75,6 +81,8 @@ impl Part {
             Self::TrialSetup => "the device tuned in the sealed trial",
             Self::TrialAnswer => "the diagnosis of the sealed trial",
             Self::TrialAnswerByHand => "the diagnosis by hand of the sealed trial",
+            Self::Lessons => "the progress in the lessons",
+            Self::Scenes => "the scenes of the presenter",
         }
     }
 }

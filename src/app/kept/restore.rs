@@ -6,6 +6,8 @@ use super::content::value;
 use super::lines::{self, Extent, Line};
 use super::panels::{DiagnoseView, FitPanel};
 use super::part::Part;
+use super::scenes;
+use super::scenes::StoredScene;
 use super::trial::{StoredSetup, TrialPanel};
 use crate::app::analysis::diagnosis_answer::Answer;
 use crate::app::analysis::fit::{Asked, Finished};
@@ -16,6 +18,7 @@ use crate::diagnose::report::words::listed;
 use crate::fit::FitResult;
 use crate::fit::paper_steps::guide::Step;
 use crate::fit::paper_steps::outcome::StepResult;
+use crate::learn::pupil::Pupil;
 
 /// The parts of a file that could be read, and what could not.
 struct Parts<'a> {
@@ -100,6 +103,12 @@ pub(crate) fn restore(state: &mut State, text: &str) -> Option<String> {
         suspended.automatic = parts.take(Part::TrialAnswer, answer);
         suspended.by_hand = parts.take(Part::TrialAnswerByHand, answer);
         trial.suspended = Some(Box::new(suspended));
+    }
+    if let Some(pupil) = parts.take(Part::Lessons, value::<Pupil>) {
+        state.learning.pupil = pupil;
+    }
+    if let Some(stored) = parts.take(Part::Scenes, value::<Vec<StoredScene>>) {
+        state.scenes = scenes::read(stored);
     }
     state.diagnosing.complete(&state.setup);
     parts.sentence()

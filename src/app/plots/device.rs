@@ -6,13 +6,16 @@
 //! the run, or to the largest force on the mass.
 
 mod column;
+mod look;
 mod moment;
 mod paint;
 mod parts;
 #[cfg(test)]
 mod tests;
 
-use eframe::egui::{Id, Pos2, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use eframe::egui::{Id, Pos2, Rect, Role, Ui, WidgetInfo, pos2, vec2};
+
+pub use self::look::{DeviceLook, DevicePlace};
 
 use self::moment::{Extremes, Moment};
 use self::paint::{Colors, text};
@@ -127,10 +130,24 @@ impl Layout {
 /// Draws the device at `time` \[s\] (held within the run; the run's last sample if `None`)
 /// in the room that `ui` has.
 pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
+    let look = DeviceLook::default();
+    if let Some(place) = show_as(ui, state, time, look) {
+        place.response.on_hover_text(SCALE_NOTE);
+    }
+}
+
+/// Draws the device as [`show`] does, in another look. Returns where heights are; `None` without a
+/// device to show.
+pub fn show_as(
+    ui: &mut Ui,
+    state: &State,
+    time: Option<f64>,
+    look: DeviceLook,
+) -> Option<DevicePlace> {
     let room = ui.available_size();
     let height = if room.y.is_finite() { room.y } else { 220.0 };
     let size = vec2(room.x.max(240.0), height.max(MIN_HEIGHT));
-    let (rect, response) = ui.allocate_exact_size(size, Sense::CLICK);
+    let (rect, response) = ui.allocate_exact_size(size, look.sense());
     let seen = state
         .snapshot
         .as_deref()
@@ -143,7 +160,7 @@ pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
         WidgetInfo::labeled(Role::Image, true, label)
     });
     if !ui.is_rect_visible(rect) {
-        return;
+        return None;
     }
     let colors = Colors::of(ui.visuals());
     let painter = ui.painter_at(rect);
@@ -156,16 +173,17 @@ pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
                 "the device appears here after the first simulation"
             };
             text(&painter, rect.center(), "cc", why, 13.0, colors.weak);
-            return;
+            return None;
         }
     };
-    let extremes = extremes(ui, snapshot, response.double_clicked());
+    let mut extremes = extremes(ui, snapshot, response.double_clicked());
     let kind = Kind::of(snapshot);
     let ground = snapshot
         .trace
         .ground_level
         .map(|level| level - snapshot.model.parameters[ParameterId::OffsetP])
         .filter(|level| level.is_finite());
+    look.zoom_in(&mut extremes, ground);
     let layout = Layout::new(rect, kind, ground, &extremes);
     let scene = parts::Scene {
         painter: &painter.with_clip_rect(layout.area.intersect(painter.clip_rect())),
@@ -173,6 +191,7 @@ pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
         colors: &colors,
         moment: &moment,
         extremes: &extremes,
+        look,
     };
     match kind {
         Kind::Cantilever => scene.cantilever(),
@@ -181,7 +200,8 @@ pub fn show(ui: &mut Ui, state: &State, time: Option<f64>) {
     }
     scene.scale_bar();
     column::show(&painter, &layout, &colors, &moment, &extremes, kind);
-    response.on_hover_text(SCALE_NOTE);
+    let offset = snapshot.model.parameters[ParameterId::OffsetP];
+    Some(DevicePlace::new(response, &layout, &moment, offset))
 }
 
 /// The text for screen readers.

@@ -9,6 +9,7 @@ pub mod frame;
 mod multiples;
 mod phase_portrait;
 mod residual;
+pub(crate) mod stage;
 #[cfg(test)]
 mod tests;
 mod trajectory;

@@ -113,6 +113,8 @@ pub struct View {
     pub pictures: BTreeSet<Picture>,
     /// Dark or light.
     pub dark: bool,
+    /// Whether runs are shown whole instead of played, and nothing glides or zooms.
+    pub less_motion: bool,
     /// Whether the panel on the right is open.
     pub side_panel: bool,
     /// Curves that the person switched from their default visibility, as `Picture: name`.
@@ -157,6 +159,7 @@ impl Default for View {
             ]
             .into(),
             dark: true,
+            less_motion: false,
             side_panel: true,
             switched_curves: BTreeSet::new(),
             time_range: None,

@@ -10,20 +10,24 @@ pub enum WorkspaceId {
     Diagnose,
     /// How the steady response depends on drive and coefficients.
     Explore,
+    /// Lessons.
+    Learn,
 }
 
 impl WorkspaceId {
     /// All, in the order of the tabs. A window without a known name shows the first.
-    pub const ALL: [WorkspaceId; 3] = [
+    pub const ALL: [WorkspaceId; 4] = [
         WorkspaceId::Tune,
         WorkspaceId::Diagnose,
         WorkspaceId::Explore,
+        WorkspaceId::Learn,
     ];
     /// Their names, as on the command line.
-    pub const NAMES: [&str; 3] = [
+    pub const NAMES: [&str; 4] = [
         WorkspaceId::Tune.name(),
         WorkspaceId::Diagnose.name(),
         WorkspaceId::Explore.name(),
+        WorkspaceId::Learn.name(),
     ];
 
     /// Name on the command line and in session files.
@@ -32,6 +36,7 @@ impl WorkspaceId {
             WorkspaceId::Tune => "tune",
             WorkspaceId::Diagnose => "diagnose",
             WorkspaceId::Explore => "explore",
+            WorkspaceId::Learn => "learn",
         }
     }
 
@@ -41,6 +46,7 @@ impl WorkspaceId {
             WorkspaceId::Tune => "Tune",
             WorkspaceId::Diagnose => "Diagnose",
             WorkspaceId::Explore => "Explore",
+            WorkspaceId::Learn => "Learn",
         }
     }
 
@@ -51,6 +57,7 @@ impl WorkspaceId {
             WorkspaceId::Diagnose => {
                 "Find the effects that the model is missing, with evidence from recordings"
             }
+            WorkspaceId::Learn => "Short lessons: predict, play, and see what happens",
             WorkspaceId::Explore => {
                 "See how the steady response depends on drive and coefficients, draw waveforms"
             }

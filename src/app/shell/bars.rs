@@ -148,7 +148,7 @@ pub(super) fn dropped_files(services: &mut Services, ui: &mut Ui) {
         painter.text(
             rect.center(),
             egui::Align2::CENTER_CENTER,
-            "Drop recordings, a preset or a session",
+            "Drop recordings, a preset, a session or a lesson",
             egui::FontId::proportional(26.0),
             egui::Color32::WHITE,
         );

@@ -81,6 +81,9 @@ fn is_busy(services: &Services, is_broken: bool) -> bool {
     if state.view.workspace == WorkspaceId::Explore.name() && state.exploring.is_busy() {
         return true;
     }
+    if state.view.workspace == WorkspaceId::Learn.name() && state.learning.is_busy() {
+        return true;
+    }
     if !state.kept_runs.are_complete(&state.setup.kept) {
         return true;
     }

@@ -13,7 +13,7 @@ use super::options::WindowOptions;
 use super::screenshot::{PictureOutcome, Screenshot};
 use super::simulator::{self, Simulator};
 use super::{bars, diagnosis, toasts};
-use crate::app::actions::{intake, run};
+use crate::app::actions::{intake, learn, run};
 use crate::app::files::built_in;
 use crate::app::files::open::Files;
 use crate::app::files::recent::absolute;
@@ -41,6 +41,8 @@ pub struct Shell {
     layout: Layout,
     /// The theme whose colours are set.
     applied_dark: Option<bool>,
+    /// Whether things glide, as it is set.
+    applied_motion: Option<bool>,
     screenshot: Option<Screenshot>,
 }
 
@@ -69,6 +71,7 @@ impl Shell {
             autosave: Autosave::new(&services.state, slot),
             layout: Layout::new(),
             applied_dark: Some(services.state.view.dark),
+            applied_motion: None,
             screenshot: options
                 .screenshot
                 .map(|path| Screenshot::new(path, outcome)),
@@ -97,14 +100,23 @@ impl Shell {
             self.applied_dark = Some(services.state.view.dark);
             theme::apply(ui.ctx(), services.state.view.dark);
         }
+        let is_still = services.state.view.less_motion;
+        if self.applied_motion != Some(is_still) {
+            self.applied_motion = Some(is_still);
+            theme::set_motion(ui.ctx(), is_still);
+        }
         open_case::advance(&mut services.state, ui.ctx());
         shortcuts(services, ui);
         bars::dropped_files(services, ui);
-        bars::menu_bar(services, ui);
-        bars::status_bar(services, ui);
-        CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
-            workspaces::show(ui, &mut services.state);
-        });
+        if services.state.presenting.is_some() {
+            workspaces::present::show(ui, &mut services.state);
+        } else {
+            bars::menu_bar(services, ui);
+            bars::status_bar(services, ui);
+            CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
+                workspaces::show(ui, &mut services.state);
+            });
+        }
         toasts::show(services, ui);
         run::dialogs(services, ui);
         run::run(services, ui);
@@ -210,7 +222,14 @@ fn shortcuts(services: &mut Services, ui: &Ui) {
     if ui.ctx().text_edit_focused() || services.dialogs.is_open() {
         return;
     }
+    // The presenter has keys of its own.
+    if services.state.presenting.is_some() {
+        return;
+    }
     for command in Command::all() {
+        if learn::takes_keys(&services.state) && !is_for_lessons(ui, command) {
+            continue;
+        }
         // The key of a command that would do nothing goes to the widgets.
         if !run::is_possible(services, command) {
             continue;
@@ -220,6 +239,20 @@ fn shortcuts(services: &mut Services, ui: &Ui) {
                 services.state.ask(command);
             }
         }
+    }
+}
+
+/// Whether a command takes its key in the lessons: their own do, and what is held with Ctrl. A key
+/// that a focused control uses is left to it.
+fn is_for_lessons(ui: &Ui, command: Command) -> bool {
+    let has_focus = ui.memory(|memory| memory.focused().is_some());
+    match command {
+        Command::TogglePause | Command::Restart | Command::Step => !has_focus,
+        Command::Learn(_) => true,
+        Command::Help | Command::ToggleTheme | Command::Present => true,
+        _ => command
+            .shortcut()
+            .is_some_and(|keys| keys.modifiers.command),
     }
 }
 

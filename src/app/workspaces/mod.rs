@@ -8,6 +8,8 @@ use super::state::State;
 
 pub mod diagnose;
 pub mod explore;
+pub mod learn;
+pub mod present;
 mod recording_faults;
 pub mod tune;
 
@@ -20,5 +22,6 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         WorkspaceId::Tune => tune::show(ui, state),
         WorkspaceId::Diagnose => diagnose::show(ui, state),
         WorkspaceId::Explore => explore::show(ui, state),
+        WorkspaceId::Learn => learn::show(ui, state),
     }
 }

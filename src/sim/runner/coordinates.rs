@@ -54,4 +54,28 @@ impl Runner {
             self.v[i] = dot(row, &self.dr);
         }
     }
+
+    /// Kinetic and elastic energy of the structure now \[J\]: `sum q'^2 / 2` and
+    /// `sum w^2 q^2 / 2` over the modes.
+    pub fn mechanical_energy(&self) -> (f64, f64) {
+        let held = &self.device.held;
+        let (level, m) = match self.phase {
+            Phase::Flight => (None, 0),
+            Phase::Held { level, .. } | Phase::Stuck { level } => (Some(level), self.r.len()),
+        };
+        let (mut kinetic, mut elastic) = (0.0, 0.0);
+        for (i, mode) in self.device.flight.iter().enumerate() {
+            let (q, v) = match level {
+                None => (self.q[i], self.v[i]),
+                Some(level) => {
+                    let row = &held.basis[i * m..(i + 1) * m];
+                    let q = level * held.anchor[i] + dot(row, &self.r);
+                    (q, dot(row, &self.dr))
+                }
+            };
+            kinetic += 0.5 * v * v;
+            elastic += 0.5 * mode.omega2 * q * q;
+        }
+        (kinetic, elastic)
+    }
 }

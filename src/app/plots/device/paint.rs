@@ -8,6 +8,8 @@ use eframe::egui::{
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Colors {
     pub text: Color32,
+    /// Behind a text that lies over the device.
+    pub behind: Color32,
     pub weak: Color32,
     pub silicon: Color32,
     pub piezo: Color32,
@@ -34,6 +36,7 @@ impl Colors {
         };
         Self {
             text: visuals.strong_text_color(),
+            behind: visuals.panel_fill.gamma_multiply(0.85),
             weak: pick((165, 165, 165), (90, 90, 90)),
             silicon: pick((120, 132, 150), (130, 142, 160)),
             piezo: pick((230, 159, 0), (222, 150, 0)),

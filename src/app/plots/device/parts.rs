@@ -1,14 +1,23 @@
 //! The parts of the device.
 
-use eframe::egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, pos2, vec2};
+use eframe::egui::{
+    Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, pos2, vec2,
+};
 
 use super::Layout;
+use super::look::DeviceLook;
 use super::moment::{Extremes, Moment};
 use super::paint::{Colors, arrow, block, leader, nice_below, strip, text};
 use crate::model::unit::format_quantity;
 
 /// Width of the drawing from which on its parts are named \[points\]: three names in a row.
 const MIN_NAMED_WIDTH: f32 = 300.0;
+
+/// Shortest arrow that carries its value \[points\].
+const MIN_LABELLED_ARROW: f32 = 4.0;
+
+/// Size of the name and value at an arrow \[points\].
+const ARROW_TEXT_SIZE: f32 = 14.0;
 
 /// Number of segments of the drawn beam.
 const BEAM_PIECES: usize = 40;
@@ -24,6 +33,7 @@ pub(super) struct Scene<'a> {
     pub colors: &'a Colors,
     pub moment: &'a Moment,
     pub extremes: &'a Extremes,
+    pub look: DeviceLook,
 }
 
 impl Scene<'_> {
@@ -92,6 +102,7 @@ impl Scene<'_> {
             // Pulls up from the skin or pushes down onto it: never into the ground.
             let from = from - vec2(0.0, 6.0 + (-length).max(0.0));
             arrow(self.painter, from, length, 3.0, c.drive);
+            self.arrow_label("drive", drive, from, (length, -1.0), c.drive);
         }
         self.mass_arrows();
     }
@@ -323,30 +334,51 @@ impl Scene<'_> {
         let top = base - vec2(0.0, l.mass.y);
         let at = |share: f32, from: Pos2| pos2(from.x + share * l.mass.x, from.y);
         let largest = self.extremes.film.max(self.extremes.contact);
-        let draw = |force: Option<f64>, from: Pos2, width: f32, color: Color32| {
+        let draw = |force: Option<f64>, from: Pos2, width: f32, (name, color): (&str, Color32)| {
             if let Some(force) = force {
-                arrow(
-                    self.painter,
-                    from,
-                    self.length(force, largest),
-                    width,
-                    color,
-                );
+                let length = self.length(force, largest);
+                arrow(self.painter, from, length, width, color);
+                let side = (from.x - base.x).signum();
+                let beside = pos2(base.x + 0.5 * side * l.mass.x, from.y);
+                self.arrow_label(name, force, beside, (length, side), color);
             }
         };
         match m.contact_since {
             None => {
                 let centre = base - vec2(0.0, 0.5 * l.mass.y);
-                draw(m.film, at(-0.25, centre), 3.0, c.film);
+                draw(m.film, at(-0.25, centre), 3.0, ("film", c.film));
             }
             Some(_) => {
-                draw(m.pull_off, at(-0.12, top), 3.0, c.pull);
+                draw(m.pull_off, at(-0.12, top), 3.0, ("pull-off", c.pull));
                 let seat = base - vec2(0.0, 0.5 * l.mass.y);
-                draw(m.adhesion.map(|f| -f), at(0.3, seat), 1.5, c.adhesion);
-                draw(m.ground, at(0.12, seat), 3.0, c.reaction);
+                let adhesion = m.adhesion.map(|f| -f);
+                draw(adhesion, at(0.3, seat), 1.5, ("adhesion", c.adhesion));
+                draw(m.ground, at(0.12, seat), 3.0, ("ground", c.reaction));
             }
         }
-        draw(m.effects, at(0.3, top), 2.5, c.weak);
+        draw(m.effects, at(0.3, top), 2.5, (m.effects_name, c.weak));
+    }
+
+    /// Name and value of a force at the tip of its arrow, on the side that `side` points to. Nothing
+    /// for an arrow too short to be seen.
+    fn arrow_label(&self, name: &str, force: f64, from: Pos2, arrow: (f32, f32), color: Color32) {
+        let (length, side) = arrow;
+        if !self.look.has_labels || length.abs() < MIN_LABELLED_ARROW {
+            return;
+        }
+        let words = format!("{name} {}", format_quantity(force.abs(), "N", 2));
+        let tip = pos2(from.x + side * 8.0, from.y - length);
+        let align = if side < 0.0 {
+            Align2::RIGHT_CENTER
+        } else {
+            Align2::LEFT_CENTER
+        };
+        let font = FontId::proportional(ARROW_TEXT_SIZE);
+        let galley = self.painter.layout_no_wrap(words, font, color);
+        let place = align.anchor_size(tip, galley.size());
+        let behind = self.colors.behind;
+        self.painter.rect_filled(place.expand(2.0), 3.0, behind);
+        self.painter.galley(place.min, galley, color);
     }
 
     /// A bar of a round height at the right edge, which shows the scale.

@@ -9,6 +9,8 @@ use crate::model::unit::prefix_for;
 
 /// Smallest distance of two grid lines that the plot library draws \[points\].
 const MIN_GRID_SPACING: f32 = 8.0;
+/// Height of the numbers of a horizontal axis with the quantity beneath them \[points\].
+const TIME_AXIS_THICKNESS: f32 = 34.0;
 
 /// The unit in which values are shown.
 #[derive(Debug, Clone, PartialEq)]
@@ -144,6 +146,8 @@ pub fn dress<'a>(
     let text = |text: String| RichText::new(text).size(AXIS_TEXT).color(palette.text);
     let has_x = x_label.is_some();
     let x = AxisHints::new_x()
+        // From the first frame on: the library finds the room for itself only in the second.
+        .min_thickness(if has_x { TIME_AXIS_THICKNESS } else { 0.0 })
         .label(text(x_label.unwrap_or_default()))
         .label_spacing(Rangef::new(1.0, 2.0))
         .tick_label_font(font.clone())

@@ -81,6 +81,8 @@ pub struct Curve {
     pub owner: Option<OverlayId>,
     /// The kept curve it belongs to. All lines of one are shown and hidden together.
     pub kept: Option<String>,
+    /// Whether it is drawn beyond the moment that a picture has come to.
+    pub is_whole: bool,
 }
 
 impl Curve {
@@ -98,7 +100,14 @@ impl Curve {
             hidden: false,
             owner: None,
             kept: None,
+            is_whole: false,
         }
+    }
+
+    /// Drawn whole, also where a picture shows a run only up to a moment.
+    pub fn whole(mut self) -> Self {
+        self.is_whole = true;
+        self
     }
 
     /// Through the events of its run.

@@ -143,6 +143,15 @@ impl Readout {
         }
     }
 
+    /// The same with entries that only tell: where nothing can be shown or hidden.
+    #[must_use]
+    pub fn without_switches(mut self) -> Self {
+        for entry in &mut self.entries {
+            entry.switch = None;
+        }
+        self
+    }
+
     /// Draws the differences between the two cursors in the upper right corner of `plot`. They
     /// take no room of their own, so that a second cursor moves no picture, and no clicks.
     pub fn show_differences(&self, ui: &Ui, plot: Rect) {

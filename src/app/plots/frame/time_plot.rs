@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use eframe::egui::{
-    Align2, Color32, FontId, Id, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
+    Align2, Color32, FontId, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2,
 };
 use egui_plot::{Plot, PlotPoint, PlotTransform};
 
@@ -20,6 +20,8 @@ use crate::sim::{EventKind, Trace};
 /// Samples with at least this many pixels each are drawn as dots.
 const DOT_PIXELS: usize = 5;
 
+/// Radius of the dot at the moment that a picture has come to \[points\].
+const PLAYHEAD_RADIUS: f32 = 5.0;
 /// Height of ticks and label of the time axis \[points\].
 pub const TIME_AXIS_HEIGHT: f32 = 36.0;
 
@@ -66,6 +68,8 @@ pub struct TimePlot {
     pub contacts: Option<Arc<Trace>>,
     /// The run and the curve on which events are marked.
     pub events: Option<(Arc<Trace>, Curve)>,
+    /// The moment up to which the run is drawn, with a dot there \[s\]; all of it if `None`.
+    pub playhead: Option<f64>,
     /// Text shown instead of curves.
     pub message: Option<String>,
 }
@@ -111,6 +115,7 @@ impl TimePlot {
             bands: Vec::new(),
             contacts: None,
             events: None,
+            playhead: None,
             message: None,
         }
     }
@@ -176,6 +181,10 @@ impl TimePlot {
             .sense(Sense::click_and_drag());
         let pixels = (ui.available_width() - style::AXIS_WIDTH).max(16.0) as usize;
         let cursors = common.cursors;
+        let seen = (
+            window.0,
+            self.playhead.map_or(window.1, |t| t.min(window.1)),
+        );
         let reply = axes::dress(plot, ui, height, x_label, label).show(ui, |plot| {
             plot.set_plot_bounds_x(window.0 / time.factor..=window.1 / time.factor);
             plot.set_plot_bounds_y(low / unit.factor..=high / unit.factor);
@@ -184,13 +193,7 @@ impl TimePlot {
                 plot.add(stripe(half / unit.factor, color));
             }
             if let Some(trace) = &self.contacts {
-                plot.add(contacts(
-                    trace,
-                    window,
-                    time.factor,
-                    pixels,
-                    palette.contact,
-                ));
+                plot.add(contacts(trace, seen, time.factor, pixels, palette.contact));
             }
             for level in self.levels {
                 plot.add(Layer::level(
@@ -201,14 +204,18 @@ impl TimePlot {
             }
             for curve in self.curves.iter().filter(|curve| !curve.hidden) {
                 let stroke = Stroke::new(curve.width, curve.color);
-                let points = curve.draw(window, pixels, scale);
+                let drawn = if curve.is_whole { window } else { seen };
+                let points = curve.draw(drawn, pixels, scale);
                 if curve.dots && DOT_PIXELS * points.len() < pixels {
                     plot.add(Layer::dots(points.clone(), curve.color));
                 }
                 plot.add(Layer::line(points, stroke, curve.dashed));
             }
             if let Some((trace, curve)) = self.events {
-                plot.add(events(&trace, &curve, window, scale, pixels, palette));
+                plot.add(events(&trace, &curve, seen, scale, pixels, palette));
+            }
+            if let Some(at) = self.playhead {
+                plot.add(playhead_dots(&self.curves, at, scale));
             }
             plot.add(cursor_lines(cursors, time.factor, palette));
             if let Some(message) = self.message {
@@ -223,7 +230,8 @@ impl TimePlot {
             pos2(frame.left() - style::AXIS_WIDTH, frame.top()),
             frame.left_bottom(),
         );
-        let id = Id::unique(("value axis", slot));
+        // Of this plot: two may show the same quantity beside each other.
+        let id = reply.response.id.with("value axis");
         let axis = ui.interact(axis, id, Sense::click_and_drag());
         let name = format!("Scale of {title}");
         axis.widget_info(|| WidgetInfo::labeled(Role::Splitter, true, &name));
@@ -379,6 +387,25 @@ fn cursor_lines(cursors: Cursors, unit: f64, palette: &'static Palette) -> Layer
         }
         if let Some(time) = cursors.second {
             line(time, palette.cursor[1], "2");
+        }
+    })
+}
+
+/// A dot on each curve at the moment that the picture has come to.
+fn playhead_dots(curves: &[Curve], at: f64, (time_unit, unit): (f64, f64)) -> Layer {
+    let shown = curves
+        .iter()
+        .filter(|curve| !curve.hidden && !curve.is_whole);
+    let dots: Vec<([f64; 2], Color32)> = shown
+        .filter_map(|curve| {
+            let value = curve.value_at(at)?;
+            Some(([at / time_unit, value / unit], curve.color))
+        })
+        .collect();
+    Layer::new(move |_, transform, shapes| {
+        for &([x, y], color) in &dots {
+            let place = transform.position_from_point(&PlotPoint::new(x, y));
+            shapes.push(Shape::circle_filled(place, PLAYHEAD_RADIUS, color));
         }
     })
 }

@@ -2,16 +2,25 @@
 
 use eframe::egui::{Key, KeyboardShortcut, ModifierNames, Modifiers};
 
-use super::Command;
+use super::{Command, LearnCommand};
 use crate::app::setup::drive_choice::Mode;
 use crate::app::setup::workspace_id::WorkspaceId;
 
 impl Command {
     /// All its keys, the usual one first.
     pub fn shortcuts(self) -> impl Iterator<Item = KeyboardShortcut> {
-        // A second key for redo, usual in other programs.
-        let also =
-            (self == Command::Redo).then_some(KeyboardShortcut::new(Modifiers::COMMAND, Key::Y));
+        // A second key, usual in other programs.
+        let also = match self {
+            Command::Redo => Some(KeyboardShortcut::new(Modifiers::COMMAND, Key::Y)),
+            // Without a slider in focus, which the first key would move.
+            Command::Learn(LearnCommand::Next) => {
+                Some(KeyboardShortcut::new(Modifiers::ALT, Key::ArrowRight))
+            }
+            Command::Learn(LearnCommand::Back) => {
+                Some(KeyboardShortcut::new(Modifiers::ALT, Key::ArrowLeft))
+            }
+            _ => None,
+        };
         self.shortcut().into_iter().chain(also)
     }
 
@@ -24,6 +33,8 @@ impl Command {
             text.replace("Questionmark", "?")
                 .replace("Period", ".")
                 .replace("Slash", "/")
+                .replace("ArrowRight", "Right")
+                .replace("ArrowLeft", "Left")
         };
         let all: Vec<String> = self.shortcuts().map(text).collect();
         (!all.is_empty()).then(|| all.join(" or "))
@@ -79,6 +90,12 @@ impl Command {
             Command::Workspace(WorkspaceId::Tune) => ctrl(Key::Num1),
             Command::Workspace(WorkspaceId::Diagnose) => ctrl(Key::Num2),
             Command::Workspace(WorkspaceId::Explore) => ctrl(Key::Num3),
+            Command::Workspace(WorkspaceId::Learn) => ctrl(Key::Num4),
+            Command::Learn(LearnCommand::Next) => plain(Key::PageDown),
+            Command::Learn(LearnCommand::Back) => plain(Key::PageUp),
+            Command::Learn(LearnCommand::NextLesson) => ctrl(Key::PageDown),
+            Command::Learn(LearnCommand::PreviousLesson) => ctrl(Key::PageUp),
+            Command::Present => plain(Key::F11),
             Command::TogglePicture(picture) => {
                 let number = [
                     Key::Num1,

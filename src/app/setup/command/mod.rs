@@ -8,6 +8,41 @@ use crate::app::setup::explore::ExplorePanel;
 use crate::app::setup::view::Picture;
 use crate::app::setup::workspace_id::WorkspaceId;
 
+/// What a person can do in the lessons.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LearnCommand {
+    /// The next step.
+    Next,
+    /// The step before.
+    Back,
+    /// Commits the prediction and plays the run.
+    Predict,
+    /// Begins the lesson again.
+    Reset,
+    /// The next lesson of the list.
+    NextLesson,
+    /// The one before.
+    PreviousLesson,
+    /// Opens a teacher's lesson.
+    OpenLesson,
+    /// Writes all answers.
+    ExportAnswers,
+}
+
+impl LearnCommand {
+    /// All, in the order of the menu.
+    pub const ALL: [LearnCommand; 8] = [
+        LearnCommand::Next,
+        LearnCommand::Back,
+        LearnCommand::Predict,
+        LearnCommand::Reset,
+        LearnCommand::NextLesson,
+        LearnCommand::PreviousLesson,
+        LearnCommand::OpenLesson,
+        LearnCommand::ExportAnswers,
+    ];
+}
+
 /// Everything a person can do apart from setting a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Command {
@@ -65,6 +100,8 @@ pub enum Command {
     SmallMultiples,
     /// Dark or light.
     ToggleTheme,
+    /// Runs shown whole instead of played.
+    LessMotion,
     /// Shows or hides the panel on the right.
     SidePanel,
     /// Shows the keyboard shortcuts.
@@ -131,6 +168,12 @@ pub enum Command {
     ExportMap,
     /// Writes the contacts of the gait.
     ExportGait,
+    /// In the lessons.
+    Learn(LearnCommand),
+    /// Fills the screen with the device, or gives it back.
+    Present,
+    /// Writes a film of what moves.
+    ExportFilm,
 }
 
 impl Command {
@@ -172,6 +215,7 @@ impl Command {
             Command::Sensitivity,
             Command::AutoAlign,
             Command::ToggleTheme,
+            Command::LessMotion,
             Command::SidePanel,
             Command::FindSlider,
             Command::Palette,
@@ -197,7 +241,10 @@ impl Command {
             Command::ExportWaveform,
             Command::ExportMap,
             Command::ExportGait,
+            Command::Present,
+            Command::ExportFilm,
         ]);
+        all.extend(LearnCommand::ALL.map(Command::Learn));
         all.extend(ExplorePanel::ALL.map(Command::Explore));
         all.extend(WorkspaceId::ALL.map(Command::Workspace));
         all.extend(Picture::ALL.map(Command::TogglePicture));

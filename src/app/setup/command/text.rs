@@ -1,6 +1,6 @@
 //! What commands are called, and a line of help for each.
 
-use super::Command;
+use super::{Command, LearnCommand};
 use crate::app::setup::drive_choice::Mode;
 use crate::app::setup::view::Picture;
 
@@ -97,6 +97,10 @@ impl Command {
                 "Shift the recordings onto the simulation by cross-correlation",
             ),
             Command::ToggleTheme => ("Dark / light", "Switch between dark and light theme"),
+            Command::LessMotion => (
+                "Less motion",
+                "Lessons and presenter show a run whole instead of playing it, and nothing glides or zooms",
+            ),
             Command::FindSlider => (
                 "Find a slider",
                 "Type a symbol or a name, Enter; then the arrow keys change the value",
@@ -216,6 +220,37 @@ impl Command {
             Command::ExportGait => (
                 "Export contacts as CSV...",
                 "Write when each foot is down over the cycle",
+            ),
+            Command::Learn(LearnCommand::Next) => ("Next step", "Go on with the lesson"),
+            Command::Learn(LearnCommand::Back) => ("Back", "The step before"),
+            Command::Learn(LearnCommand::Predict) => {
+                ("Predict", "Commit the prediction and play the run (Enter)")
+            }
+            Command::Learn(LearnCommand::Reset) => (
+                "Start the lesson again",
+                "Forget the answers to this lesson and begin it again",
+            ),
+            Command::Learn(LearnCommand::NextLesson) => {
+                ("Next lesson", "Open the next lesson of the list")
+            }
+            Command::Learn(LearnCommand::PreviousLesson) => {
+                ("Previous lesson", "Open the lesson before in the list")
+            }
+            Command::Learn(LearnCommand::OpenLesson) => (
+                "Open a lesson...",
+                "Open a lesson of your own; docs/lessons.md says how to write one",
+            ),
+            Command::Learn(LearnCommand::ExportAnswers) => (
+                "Export answers...",
+                "Write all answers with their scores as CSV; no names are in it",
+            ),
+            Command::Present => (
+                "Present",
+                "Fill the screen with the moving device, for a lecture; H lists its keys",
+            ),
+            Command::ExportFilm => (
+                "Export film...",
+                "Write what moves as GIF, or as PNG pictures; in Tune from cursor 1 to cursor 2",
             ),
             Command::Quit => ("Quit", "Quit the program; the session is saved"),
         }

@@ -11,12 +11,14 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, Node};
 
 use super::{WithRecording, harness_of, preset, read_all, recording, wait};
+use crate::app::analysis::learning::built_in;
 use crate::app::setup::command::Command;
 use crate::app::setup::drive_choice::{DriveChoice, Mode};
 use crate::app::setup::explore::ExplorePanel;
 use crate::app::setup::workspace_id::WorkspaceId;
 use crate::app::shell::options::WindowOptions;
 use crate::app::shell::window::*;
+use crate::learn::lesson::Task;
 use crate::model::drive::{VoltageTable, Waveform};
 
 /// Roles of controls.
@@ -170,6 +172,46 @@ fn every_control_of_the_explore_workspace_is_reached() {
         harness.run_steps(4);
         work_done(harness);
         check(harness, panel.title());
+    }
+}
+
+#[test]
+fn every_control_of_the_learn_workspace_is_reached() {
+    let mut harness = harness_of(preset("paper"), WindowOptions::default());
+    wait(&mut harness, |_| true);
+    let tasks = [
+        |task: &Task| matches!(task, Task::Choice(_)),
+        |task: &Task| matches!(task, Task::Curve(_)),
+        |task: &Task| matches!(task, Task::Fit(_)),
+        |task: &Task| matches!(task, Task::Concealed(_)),
+    ];
+    for is_wanted in tasks {
+        let state = &mut harness.state_mut().services.state;
+        state.view.workspace = WorkspaceId::Learn.name().to_owned();
+        let mut all = built_in().iter().flat_map(|lesson| {
+            let steps = lesson.steps.iter().enumerate();
+            steps.map(move |(i, step)| (lesson, i, step))
+        });
+        let (lesson, step, of) = all.find(|(_, _, step)| is_wanted(&step.task)).unwrap();
+        state.learning.open_step(lesson, step);
+        for _ in 0..3000 {
+            harness.run_steps(1);
+            if harness
+                .state()
+                .services
+                .state
+                .learning
+                .open
+                .as_ref()
+                .unwrap()
+                .result()
+                .is_some()
+            {
+                break;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        check(&mut harness, &format!("{}, {}", lesson.title, of.title));
     }
 }
 

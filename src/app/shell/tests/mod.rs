@@ -10,6 +10,10 @@ pub(super) mod first_start;
 #[cfg(test)]
 pub(super) mod kept_curves;
 #[cfg(test)]
+pub(super) mod lessons;
+#[cfg(test)]
+pub(super) mod presenter;
+#[cfg(test)]
 pub(super) mod reachable;
 
 use std::path::{Path, PathBuf};
@@ -42,6 +46,15 @@ pub(super) fn harness(preset: Preset) -> Harness<'static, Shell> {
 }
 
 pub(super) fn harness_of(preset: Preset, options: WindowOptions) -> Harness<'static, Shell> {
+    harness_in_steps(preset, options, 1.0 / 120.0)
+}
+
+/// A window of which a frame takes `step` \[s\].
+pub(super) fn harness_in_steps(
+    preset: Preset,
+    options: WindowOptions,
+    step: f32,
+) -> Harness<'static, Shell> {
     let shell = Shell::new(
         &Context::default(),
         options,
@@ -50,7 +63,7 @@ pub(super) fn harness_of(preset: Preset, options: WindowOptions) -> Harness<'sta
     );
     Harness::builder()
         .with_size([1440.0, 900.0])
-        .with_step_dt(1.0 / 120.0)
+        .with_step_dt(step)
         .build_ui_state(|ui, shell: &mut Shell| shell.show(ui), shell.unwrap())
 }
 

@@ -19,7 +19,7 @@ pub(crate) mod transport;
 
 pub use self::recordings::remove as remove_recording;
 pub use self::start::start_from_recording;
-pub use self::transport::usual_speed;
+pub use self::transport::{speed_text, usual_speed};
 pub use crate::app::setup::current_setup::choose_preset;
 
 use eframe::egui::{CentralPanel, Id, Panel, Ui};
