@@ -69,6 +69,9 @@ pub struct SliderOutput {
     pub toggle_lock: bool,
 }
 
+/// Sizes of a name that takes two lines, the first that fits.
+const NAME_SIZES: [f32; 4] = [10.5, 9.5, 8.5, 7.5];
+
 impl ParameterSlider<'_> {
     /// Draws the slider over the available width.
     pub fn show(self, ui: &mut Ui) -> SliderOutput {
@@ -168,12 +171,28 @@ impl ParameterSlider<'_> {
         // A long name in a narrow panel takes two small lines, which have the height of the row.
         let font = eframe::egui::TextStyle::Body.resolve(ui.style());
         let color = ui.visuals().text_color();
-        let text = self.spec.name.to_owned();
-        let whole = ui.painter().layout_no_wrap(text, font, color).size().x;
-        let label = if whole <= ui.available_width() {
-            Label::new(self.spec.name).extend()
+        let text = self.spec.name;
+        let whole = ui
+            .painter()
+            .layout_no_wrap(text.to_owned(), font.clone(), color);
+        let label = if whole.size().x <= ui.available_width() {
+            Label::new(text).extend()
         } else {
-            Label::new(RichText::new(self.spec.name).size(10.5)).wrap()
+            let width = ui.available_width();
+            let fits = |size: &f32| {
+                let small = FontId::new(*size, font.family.clone());
+                let layout = |text: &str, width: f32| {
+                    ui.painter()
+                        .layout(text.to_owned(), small.clone(), color, width)
+                };
+                let longest = text
+                    .split(' ')
+                    .map(|word| layout(word, f32::INFINITY).size().x);
+                layout(text, width).rows.len() <= 2 && longest.fold(0.0, f32::max) <= width
+            };
+            let size = NAME_SIZES.into_iter().find(fits);
+            let size = size.unwrap_or(NAME_SIZES[NAME_SIZES.len() - 1]);
+            Label::new(RichText::new(text).size(size)).wrap()
         };
         let label = ui.add(label.selectable(false));
         label.on_hover_ui(|ui| self.tooltip(ui));
