@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use eframe::egui::accesskit::{Role, Toggled};
-use eframe::egui::{Key, Modifiers};
+use eframe::egui::{Key, Modifiers, Rect};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 
@@ -59,10 +59,34 @@ fn shows(harness: &Harness<'_, World>, part: &str) -> bool {
 }
 
 fn combobox(harness: &mut Harness<'_, World>, name: &str, choice: &str) {
+    settle(harness, |h| {
+        h.get_by_role_and_label(Role::ComboBox, name).rect()
+    });
     harness.get_by_role_and_label(Role::ComboBox, name).click();
     harness.run_steps(3);
+    settle(harness, |h| {
+        h.get_by_role_and_label(Role::Button, choice).rect()
+    });
     harness.get_by_role_and_label(Role::Button, choice).click();
     harness.run_steps(3);
+}
+
+/// Waits until what `place` says stays: curves that a thread has read move what lies below them.
+fn settle(harness: &mut Harness<'_, World>, place: impl Fn(&Harness<'_, World>) -> Rect) {
+    let mut still = 0;
+    for _ in 0..200 {
+        let before = place(harness);
+        std::thread::sleep(std::time::Duration::from_millis(5));
+        harness.run_steps(2);
+        still = if place(harness) == before {
+            still + 1
+        } else {
+            0
+        };
+        if still == 6 {
+            return;
+        }
+    }
 }
 
 fn field<'a>(harness: &'a Harness<'_, World>, role: Role, name: &'a str) -> egui_kittest::Node<'a> {
